@@ -73,7 +73,7 @@ def on_a_cluster(scene: vi.Scene, call: dict[str, Any], path: Path) -> tuple[vi.
 
 def main() -> None:
     """Break off, go on, compare, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figures")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

@@ -125,7 +125,7 @@ def figure(run: vi.Trajectory, existence: vi.ExistenceMap) -> plt.Figure:
 
 def main() -> None:
     """Compare orbits, simulation and map with the closed form; write the figure."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

@@ -58,7 +58,7 @@ def write(job: page.Job, points: list[Point], leads: list[Lead], wanted: Mapping
 
 def main() -> None:
     """Measure, write, and print who leads."""
-    job = page.job(__doc__.splitlines()[0])
+    job = page.job(__doc__.partition("\n")[0])
     wanted = {problem: load(problem) for problem in problems()}
     points = measure(job, wanted)
     leads = front(points)

@@ -42,7 +42,7 @@ def tried(quick: bool) -> dict[str, list[Finding]]:
 
 def main() -> None:
     """Try all rows; write the page and its table."""
-    asked = job(__doc__.splitlines()[0])
+    asked = job(__doc__.partition("\n")[0])
     start = time.perf_counter()
     rows = tried(asked.quick)
     parts = page_parts(rows, all_series(), checks(), read_csv(DEFAULT / "soaks.csv"))

@@ -136,7 +136,7 @@ def figure(run: vi.Trajectory, found: vi.ExistenceMap, tip: np.ndarray) -> plt.F
 
 def main() -> None:
     """Check the modes, draw the map and the simulation."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

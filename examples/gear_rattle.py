@@ -139,7 +139,7 @@ def figure(runs: list[vi.Trajectory], found: vi.ExistenceMap) -> plt.Figure:
 
 def main() -> None:
     """Compare orbits, map and simulations with the closed form; write the figure."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

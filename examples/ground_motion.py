@@ -66,7 +66,7 @@ def buildings(room: float) -> vi.Scene:
 
 def main() -> None:
     """Run both with and without each other, check, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     folder: Path = parser.parse_args().output
     rest = np.zeros(4)

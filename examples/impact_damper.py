@@ -70,7 +70,7 @@ def structure(with_ball: bool) -> vi.Scene:
 
 def main() -> None:
     """Check the energies, run the structure, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     folder: Path = parser.parse_args().output
 

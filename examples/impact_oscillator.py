@@ -103,7 +103,7 @@ def draw(diagram: vi.BifurcationDiagram, exponents: list[vi.LyapunovExponents], 
 
 def main() -> None:
     """Follow, check and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figures")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

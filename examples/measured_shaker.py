@@ -96,7 +96,7 @@ def check(motion: vi.Trajectory, beam: vi.Reduction) -> None:
 
 def main() -> None:
     """Make the files, run the beam on them, check."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the files")
     folder: Path = parser.parse_args().output
     folder.mkdir(parents=True, exist_ok=True)

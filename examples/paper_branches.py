@@ -148,7 +148,7 @@ def draw(kind: int, plane: vi.ExistenceMap, found: list[vi.BifurcationCurve], ou
 
 def main() -> None:
     """Map, follow, check and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figures")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

@@ -67,7 +67,7 @@ def figure(kind: int, orbit: vi.Orbit) -> plt.Figure:
 
 def main() -> None:
     """Print the table, write the figures, check the published numbers of kind 1."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figures")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)

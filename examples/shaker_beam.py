@@ -62,7 +62,7 @@ def swept(scene: vi.Scene, first: float, last: float) -> vi.Trajectory:
 
 def main() -> None:
     """Sweep up and down, draw, check."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figure")
     folder: Path = parser.parse_args().output
     beam, tip_unknown = reduced_beam()

@@ -134,7 +134,7 @@ def figure(linear: vi.Orbit, real: vi.Orbit, run: vi.Trajectory) -> plt.Figure:
 
 def main() -> None:
     """Compare orbits, runs and multipliers; write the figure and the moving picture."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--output", type=Path, default=Path("figures"), help="directory of the figures")
     output: Path = parser.parse_args().output
     output.mkdir(parents=True, exist_ok=True)
