@@ -1,10 +1,16 @@
 """The site: ``bash .ci/run site`` builds it into ``target/site``; building the gallery runs the Python examples."""
 
+from importlib.metadata import metadata
 from pathlib import Path
 
-import vibroimpact
+from docutils import nodes
+from latex2mathml.converter import convert
 from sphinx_gallery.scrapers import figure_rst
 
+import vibroimpact
+
+#: Addresses of the project, where it has any: [project.urls] of pyproject.toml is the one place for them.
+URLS = dict(entry.split(", ", 1) for entry in metadata("vibroimpact").get_all("Project-URL") or [])
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "target" / "figures"
 
@@ -14,7 +20,8 @@ project_copyright = author
 version = release = vibroimpact.__version__
 
 extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_gallery.gen_gallery"]
-exclude_patterns = ["report/figures", "gallery/*.ipynb", "gallery/*.py"]
+exclude_patterns = ["report/figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst", "jupyter_execute"]
+templates_path = ["_templates"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 
 myst_enable_extensions = ["dollarmath", "colon_fence"]
@@ -32,6 +39,11 @@ numpydoc_xref_param_type = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = "vibroimpact"
+html_baseurl = URLS.get("Documentation", "")
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_favicon = html_logo = "_static/icon.svg"
+html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
@@ -41,6 +53,7 @@ html_theme_options = {
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
+    **({"github_url": URLS["Repository"]} if "Repository" in URLS else {}),
 }
 
 
@@ -94,7 +107,17 @@ def titled(_app: object, name: str, source: list[str]) -> None:
 
 def listing(title: str, module: str, names: list[str]) -> str:
     """Return a section that lists names of a module, a page each."""
-    head = [title, "=" * len(title), "", f".. currentmodule:: {module}", "", ".. autosummary::", "   :toctree: .", "   :nosignatures:", ""]
+    head = [
+        title,
+        "=" * len(title),
+        "",
+        f".. currentmodule:: {module}",
+        "",
+        ".. autosummary::",
+        "   :toctree: .",
+        "   :nosignatures:",
+        "",
+    ]
     return "\n".join([*head, *(f"   {name}" for name in sorted(names, key=str.lower)), ""])
 
 
@@ -109,6 +132,17 @@ API.write_text(
 )
 
 
+def formula(display: str):
+    """Return how a formula is written: as MathML, which a browser draws without a script."""
+
+    def visit(writer: object, node: nodes.math | nodes.math_block) -> None:
+        writer.body.append(convert(node.astext(), display=display))  # type: ignore[attr-defined]
+        raise nodes.SkipNode
+
+    return visit, None
+
+
 def setup(app: object) -> None:
-    """Hook in."""
+    """Give Sphinx what is not an option."""
     app.connect("source-read", titled)  # type: ignore[attr-defined]
+    app.add_html_math_renderer("mathml", formula("inline"), formula("block"))  # type: ignore[attr-defined]

@@ -21,9 +21,9 @@ class Fit(ArrayResult):
     Attributes
     ----------
     value, error : float
-        The exponent, and its standard error by the regression; nan of fewer than three sizes with counts.
+        The exponent [-], and its standard error by the regression; nan of fewer than three sizes with counts.
     sizes, counts : ndarray, shape (m,)
-        Sizes in cells, and what was counted at each.
+        Sizes [cells], and what was counted at each [-].
     """
 
     value: float

@@ -31,7 +31,7 @@ class Attractor(ArrayResult):
     n_periods : int
         Periods of the forcing in one of its own; 0 where it has none up to the longest that was looked for.
     points : ndarray, shape (p, 2n)
-        Its states (q, v) at the phase, one after the other; of what does not repeat itself a thousand.
+        Its states (q, v) [m, m/s] at the phase, one after the other; of what does not repeat itself a thousand.
     exponents : ndarray, shape (2n,)
         Its Lyapunov exponents [1/s]; empty where an orbit has no multipliers.
     pattern : list
@@ -39,7 +39,7 @@ class Attractor(ArrayResult):
     reason : str
         Why it has no orbit; empty where it has.
     fraction : float
-        The part of the starts outside every stop that led to it.
+        The part of the starts outside every stop that led to it [-].
     """
 
     kind: str
@@ -78,11 +78,11 @@ class Attractors(ItemsResult[Attractor]):
     all : tuple of Attractor
         The attractors.
     seeds : ndarray, shape (k, 2n)
-        The starts.
+        The starts (q, v) [m, m/s].
     of_seed : ndarray of int, shape (k,)
         Of each start the place of its attractor; -1: undecided, -2: lost, -3: inside a stop.
     box : ndarray, shape (2n, 2)
-        Low and high of each position, then of each velocity.
+        Low and high of each position [m], then of each velocity [m/s].
     phase : float
         The phase of the forcing [rad] at which motions began and points were taken.
     wrap : tuple of (int, float)
@@ -168,7 +168,7 @@ def find_attractors(
     scene : Scene
         A scene whose forcing has a period.
     box : array_like, shape (2n, 2)
-        Low and high of each position, then of each velocity.
+        Low and high of each position [m], then of each velocity [m/s].
     seeds : int or array_like, shape (k, 2n), default 200
         How many random states of the box are tried, or the states.
     phase : float, default 0.0

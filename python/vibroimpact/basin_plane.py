@@ -40,7 +40,9 @@ class Basins(ArrayResult):
     iterations : ndarray of int32, shape (ny, nx)
         Periods of the forcing until it was decided.
     x, y : ndarray, shape (nx,) and (ny,)
-        The states: values of ``x_name`` and ``y_name``, such as "q[0]", "v[0]", "phase", "speed".
+        The states: values of ``x_name`` and ``y_name`` [m, m/s or rad].
+    x_name, y_name : str
+        What they are, such as "q[0]", "v[0]", "phase", "speed".
     attractors : Attractors or tuple of Attractor
         The attractors.
     """
@@ -64,7 +66,7 @@ class Basins(ArrayResult):
 
     @property
     def fractions(self) -> NDArray[np.float64]:
-        """The part of the cells worked out, outside every stop, that leads to each attractor."""
+        """The part of the cells worked out, outside every stop, that leads to each attractor [-], shape (k,)."""
         outside = max(int(((self.labels != INSIDE) & (self.labels != OPEN)).sum()), 1)
         return np.array([(self.labels == k + 1).sum() / outside for k in range(len(self.attractors))])
 

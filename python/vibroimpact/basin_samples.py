@@ -29,9 +29,9 @@ class BasinFractions(ArrayResult):
     Attributes
     ----------
     fractions, errors : ndarray, shape (k,) or (m, k)
-        The part of the states outside every stop that leads to each attractor, and its standard error.
+        The part [-] of the states outside every stop that leads to each attractor, and its standard error.
     undecided : ndarray, shape () or (m,)
-        The part that leads to none of them.
+        The part that leads to none of them [-].
     attractors : tuple of Attractor, or of tuples of them
         The attractors, of each value those that it has; along the values each keeps its column.
     name : str or None
@@ -90,7 +90,7 @@ def basin_fractions(
     scene : Scene
         A scene whose forcing has a period.
     box : array_like, shape (2n, 2)
-        Low and high of each position, then of each velocity.
+        Low and high of each position [m], then of each velocity [m/s].
     samples : int, default 10000
         Random states; the same at every value.
     axis : (str, array_like), optional

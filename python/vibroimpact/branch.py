@@ -35,15 +35,15 @@ class Branch(ItemsResult[Orbit]):
     orbits : tuple of Orbit
         The orbits, in the order in which they follow each other.
     parameter : ndarray, shape (m,)
-        The number at each.
+        The number at each [its own unit].
     arclength : ndarray, shape (m,)
-        How far along the branch each is from the orbit that was given, in scaled unknowns; negative on the way down.
+        How far along the branch [-] each is from the orbit that was given, in scaled unknowns; negative on the way down.
     is_admissible, is_stable : ndarray of bool, shape (m,)
         Whether each was proved to keep the rules of contact; whether small deviations from it die out. False where undecided.
     n_unstable : ndarray of int, shape (m,)
         How many multipliers lie outside the unit circle; -1 where the return map has no derivative.
     multipliers : ndarray of complex, shape (m, 2n)
-        The multipliers of each, the largest first; nan where it has none.
+        The multipliers of each [-], the largest first; nan where it has none.
     special : tuple of Special
         Its bifurcations and the boundaries at its ends, in their order.
     monitor : dict of str to ndarray, shape (m,)
@@ -115,7 +115,7 @@ class Branch(ItemsResult[Orbit]):
 
     @property
     def speeds_before(self) -> NDArray[np.float64]:
-        """The speeds at which stops are approached, shape (m, k); nan where an orbit has fewer impacts than others."""
+        """The speeds at which stops are approached [m/s], shape (m, k); nan where an orbit has fewer impacts than others."""
         return self._of_impacts("speed_before")
 
     @property

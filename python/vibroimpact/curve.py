@@ -44,7 +44,7 @@ class CurvePoint(ArrayResult):
     parameter, error : (float, float)
         Both numbers, and how far each is known.
     arclength : float
-        How far along the curve it is.
+        How far along the curve it is [-].
     orbit : Orbit
         The orbit there.
     """
@@ -87,9 +87,9 @@ class BifurcationCurve(ItemsResult[Orbit]):
     orbits : tuple of Orbit
         The orbits; of a graze those that touch.
     x, y : ndarray, shape (m,)
-        The numbers at each.
+        The numbers at each [its own unit].
     arclength : ndarray, shape (m,)
-        How far along the curve each is from the point that was given, in scaled unknowns.
+        How far along the curve [-] each is from the point that was given, in scaled unknowns.
     is_virtual : ndarray of bool, shape (m,)
         Whether each breaks a rule of contact.
     special : tuple of CurvePoint

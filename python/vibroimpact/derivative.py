@@ -19,26 +19,26 @@ class Derivatives(ArrayResult):
     """Derivatives of an orbit of n degrees of freedom, with k impacts in a period, by d numbers of its scene.
 
     Each is that of what the orbit, or a column of its impacts, has under the same or the given name; t = 0 is right after the
-    first impact, wherever in time that is. What does not exist is nan, with the reason.
+    first impact, wherever in time that is. Units are for one of the number. What does not exist is nan, with the reason.
 
     Attributes
     ----------
     parameters : tuple of str, length d, or None
         The numbers; None of a callable.
     q0, v0 : ndarray, shape (n, d)
-        Of the position and the velocity right after the first impact.
+        Of the position [m] and the velocity [m/s] right after the first impact.
     phase : ndarray, shape (d,)
-        Of the phase of the forcing there; zero without forcing.
+        Of the phase of the forcing there [rad]; zero without forcing.
     period : ndarray, shape (d,)
-        Of the period.
+        Of the period [s].
     speeds_before, times : ndarray, shape (k, d)
-        Of ``impacts["speed_before"]`` and ``impacts["time"]``.
+        Of ``impacts["speed_before"]`` [m/s] and ``impacts["time"]`` [s].
     multipliers : ndarray of complex, shape (2n, d)
-        Of ``floquet_multipliers``, in their order; nan of those that meet, and where the orbit has none.
+        Of ``floquet_multipliers`` [-], in their order; nan of those that meet, and where the orbit has none.
     min_gap : ndarray, shape (stops, d)
-        Of the least gap of every stop: zero where it is that of an impact.
+        Of the least gap of every stop [m]: zero where it is that of an impact.
     max_displacement : ndarray, shape (n, d)
-        Of the largest distance of every coordinate from zero.
+        Of the largest distance of every coordinate from zero [m].
     reason : str
         Why some do not exist, empty where all do: a fold (they are infinite), a graze, stops hit together, a contact without
         duration (they exist on one side alone), a family of orbits; multipliers that meet; an extreme that is reached at several

@@ -30,11 +30,11 @@ class PoincarePoints(ArrayResult):
     stop : ndarray of int, shape (p,)
         The stop that was hit, -1 at a phase.
     speed_before : ndarray, shape (p,)
-        The speed at which it was approached: zero at the end of impacts that accumulate, nan at a phase.
+        The speed at which it was approached [m/s]: zero at the end of impacts that accumulate, nan at a phase.
     phase : ndarray, shape (p,)
         Phases of the forcing [rad], in [0, 2 pi); nan where it has no period.
     q, v : ndarray, shape (p, n)
-        Positions and velocities, after impacts.
+        Positions [m] and velocities [m/s], after impacts.
     """
 
     t: NDArray[np.float64]
@@ -70,7 +70,7 @@ class BifurcationDiagram(ArrayResult):
     name : str or None
         The number, None of a diagram made by a callable.
     parameter, direction : ndarray, shape (m,)
-        Its values in the order in which they were gone through, and whether upwards, +1, or downwards, -1.
+        Its values [its own unit] in the order in which they were gone through, and whether upwards, +1, or downwards, -1.
     n_periods : ndarray of int, shape (m,)
         After how many periods of the forcing the motion repeats itself, up to 32 and half of those looked at; 0: never.
     n_impacts : ndarray of int, shape (m,)
@@ -82,9 +82,9 @@ class BifurcationDiagram(ArrayResult):
     index : ndarray of int, shape (p,)
         The place of the value that each point belongs to: ``parameter[index]`` is the abscissa.
     stop, speed_before, phase : ndarray, shape (p,)
-        As of ``PoincarePoints``.
+        As of ``PoincarePoints``, [m/s] and [rad].
     q, v : ndarray, shape (p, n)
-        Positions and velocities, after impacts.
+        Positions [m] and velocities [m/s], after impacts.
     """
 
     name: str | None

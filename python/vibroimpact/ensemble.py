@@ -24,7 +24,7 @@ class Ensemble(ArrayResult):
     Attributes
     ----------
     q, v : ndarray, shape (k, n), or (k, m, n)
-        Final positions and velocities, or those at ``t_eval``, nan after an early end.
+        Final positions [m] and velocities [m/s], or those at ``t_eval``, nan after an early end.
     n_impacts : ndarray of int, shape (k,)
         Impacts of each trajectory.
     status : ndarray of str, shape (k,)

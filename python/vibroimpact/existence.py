@@ -40,7 +40,7 @@ class ExistenceMap(ArrayResult):
     Attributes
     ----------
     x, y : ndarray, shape (nx,) and (ny,)
-        Values of the parameters.
+        Values of the parameters [its own unit].
     x_name, y_name : str or None
         What they are, None for a map made by a callable.
     n_orbits : ndarray of int, shape (ny, nx)
@@ -48,7 +48,7 @@ class ExistenceMap(ArrayResult):
     is_admissible, is_stable : ndarray of bool, shape (ny, nx)
         Whether one of them is admissible; admissible and stable.
     multiplier : ndarray, shape (ny, nx)
-        Largest modulus of the multipliers of the first orbit, nan where there is none.
+        Largest modulus of the multipliers of the first orbit [-], nan where there is none.
     """
 
     x: NDArray[np.float64]

@@ -24,12 +24,12 @@ class LyapunovExponents(ArrayResult):
     exponents : ndarray, shape (k,)
         Growth per unit time [1/s], the largest first; -inf where contact takes a direction away.
     errors : ndarray, shape (k,)
-        Standard errors, from the means of batches; nan where time is too short for two of them, 0 of -inf.
+        Standard errors [1/s], from the means of batches; nan where time is too short for two of them, 0 of -inf.
     sum, expected_sum : float
-        The sum of all 2n exponents, nan where fewer are asked for; and as damping and restitution make it, of linear scenes while
-        nothing sticks, else nan.
+        The sum of all 2n exponents [1/s], nan where fewer are asked for; and as damping and restitution make it, of linear
+        scenes while nothing sticks, else nan.
     history : ndarray, shape (b, k)
-        Growth per unit time in batches of equal length, at most 20, each with at least 50 returns: periods of the forcing;
+        Growth per unit time [1/s] in batches of equal length, at most 20, each with at least 50 returns: periods of the forcing;
         without one impacts, or turns of its slowest tone, whichever are more. One batch where there are fewer than 100 returns.
     n_impacts, n_landings, n_grazes : int
         In the time that counts: impacts; how often a stop came to be held; touches, and impacts too slow to have a derivative,

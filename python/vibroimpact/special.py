@@ -45,7 +45,7 @@ class Candidate(ArrayResult):
     orbit : Orbit
         The orbit.
     parameter : float
-        The number of the branch at it.
+        The number of the branch at it [its own unit].
     side : {1, -1}
         Whether that is above the special point or below.
     pattern : list
@@ -102,9 +102,9 @@ class Special(ArrayResult):
         "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left.
         "user:name": a monitor of that name is zero.
     parameter, error : float
-        The number of the branch there, and how far it is known.
+        The number of the branch there, and how far it is known [its own unit].
     arclength : float
-        How far along the branch it is.
+        How far along the branch it is [-].
     orbit : Orbit
         The orbit there; of a boundary the last one before it.
     stop : int or None
@@ -113,8 +113,8 @@ class Special(ArrayResult):
         The time of its touch or impact [s], counted from the first impact.
     data : dict of str to float
         Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2).
-    direction : ndarray
-        The direction of the branch there: first state and instants in scaled unknowns, the number in parts of the range.
+    direction : ndarray, shape (k,)
+        The direction of the branch there [-]: first state and instants in scaled unknowns, the number in parts of the range.
     parameter_name : str or None
         The number, None of a branch made by a callable.
     between : (float, float)

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 /// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
 const SIDE_BY_SIDE: usize = 16;
 
-/// The attractors of a scene that were found, the one that most starts led to first.
+/// The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
 #[derive(Debug, Clone)]
 pub struct Attractors {
     /// The attractors.
@@ -34,8 +34,8 @@ pub struct Attractors {
     pub n_inside: usize,
 }
 
-/// Finds what the motions of a scene settle on, from states, one a row, shape `(k, 2n)`: each start is followed until it repeats itself and
-/// an orbit is found where it does, or its exponents say what it is.
+/// Finds what the motions of a scene settle on, from many starts. The states are rows, shape (k, 2n): each start is followed
+/// until it repeats itself and an orbit is found where it does, or its exponents say what it is.
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///

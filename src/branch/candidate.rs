@@ -5,8 +5,8 @@ use crate::branch::place::Place;
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
-/// An orbit near a special point of a branch, on another branch that meets it there; followed by [`continuation`](crate::continuation) a factor
-/// counts from the scene of this orbit, one there.
+/// An orbit near a special point of a branch, on another branch that meets it there. Followed by
+/// [`continuation`](crate::continuation) a factor counts from the scene of this orbit, one there.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The orbit.

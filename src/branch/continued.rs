@@ -17,8 +17,8 @@ use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{ELSEWHERE, ORBIT_CLOSED};
 use std::ops::ControlFlow;
 
-/// Follows a periodic motion over a number of its scene, through folds, both ways: by arclength, from each point a step along the branch
-/// and Newton's method back to it. Every orbit of the branch has the pattern of the first one.
+/// Follows a periodic orbit over a number of its scene, through folds. Both ways, by arclength: from each point a step along the
+/// branch and Newton's method back to it. Every orbit of the branch has the pattern of the first one.
 ///
 /// `observer` is called with the value reached after each point; when it breaks off, the branch so far is the result, with
 /// [`EndReason::Interrupted`](crate::EndReason::Interrupted).

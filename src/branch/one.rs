@@ -6,7 +6,7 @@ use crate::branch::special::Special;
 use crate::error::Result;
 use crate::orbit::{PeriodicOrbit, decides};
 
-/// Periodic motions of one pattern over a number of their scene, m points, in the order in which they follow each other.
+/// Periodic orbits of one pattern over a number of their scene: a sequence of m orbits, each beside those that it comes from.
 #[derive(Debug, Clone)]
 pub struct Branch {
     /// The motions, shape `(m,)`.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Derivatives of the attributes of an orbit of n degrees of freedom, with k impacts in a period, by d numbers of its scene.
+/// Derivatives of an orbit of n degrees of freedom, with k impacts in a period, by d numbers of its scene.
 ///
 /// t = 0 is right after the first impact, wherever in time that is; not a number where one does not exist, with the reason.
 #[derive(Debug, Clone)]

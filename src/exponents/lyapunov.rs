@@ -49,7 +49,7 @@ impl Default for LyapunovOptions {
     }
 }
 
-/// How fast deviations from a motion grow, in k directions.
+/// How fast small deviations from a motion grow, in k directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LyapunovExponents {
     /// Growth per unit time, the largest first; minus infinity where contact takes a direction away. Shape `(k,)`.
@@ -77,7 +77,7 @@ pub struct LyapunovExponents {
     pub status: Status,
 }
 
-/// How fast small deviations from a motion grow.
+/// Returns how fast small deviations from a motion grow.
 ///
 /// # Errors
 /// As [`simulate`](crate::simulate()); a `skip` that is negative or not shorter than the span; a number of exponents that is none of

@@ -19,7 +19,8 @@ pub struct RecoveryAudit {
     pub reasons: Vec<String>,
 }
 
-/// Audits a recovery matrix, shape `(2n, 2n)`, for a mass `(n, n)` and the normals of the stops hit, shape `(n, k)`.
+/// Audits a recovery matrix: can rigid, frictionless stops with these normals do it? The matrix has the shape (2n, 2n), the mass
+/// (n, n), the normals of the stops hit (n, k).
 ///
 /// Four rules (theory 9): impulses act along the normals alone; each normal velocity is reversed by a restitution in
 /// [0, 1]; the kinetic energy cannot grow; impulses push. With `R_v` the velocity part, the energy gain is the largest

@@ -69,7 +69,7 @@ pub(crate) fn velocity_recovery(
     Ok(DMatrix::identity(n, n) - reactions * impulses * normals.transpose())
 }
 
-/// The recovery matrix R of the stops hit together: `x+ = R x-`, x = (q, v), shape `(2n, 2n)`.
+/// The recovery matrix R of the stops hit together: x+ = R x-, x = (q, v). Its shape is (2n, 2n).
 ///
 /// # Errors
 /// A nonlinear scene, a stop that does not exist or stands twice, stops with dependent normals and unequal restitution.

@@ -2,8 +2,8 @@
 
 use crate::model::signal::Signal;
 
-/// A base that accelerates as a signal says, under a pendulum or a linear system with an influence vector; coordinates are relative to
-/// the base.
+/// Base whose acceleration follows a signal, such as ground motion, under a pendulum or a linear system with an influence vector.
+/// Coordinates are relative to the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseAcceleration {
     signal: Signal,

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use crate::quantity::{finite, finite_complex, is_finite, positive};
 use nalgebra::{Complex, DVector};
 
-/// Base displacement `Re sum_k amplitudes[k-1] e^{i k (frequency t + phase)}` of a pendulum, or of a linear system with an influence
-/// vector; with one real amplitude, `amplitude cos(frequency t + phase)`.
+/// Periodic displacement of the base of a pendulum, or of a linear system with an influence vector. It is `Re sum_k
+/// amplitudes[k-1] e^{i k (frequency t + phase)}`; with one real amplitude, `amplitude cos(frequency t + phase)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseMotion {
     amplitudes: DVector<Complex<f64>>,

@@ -11,7 +11,7 @@ use crate::tolerance::WHOLE_MULTIPLE;
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 
-/// Harmonic force `Re(amplitude e^{i(frequency t + phase)})` on the coordinates.
+/// Harmonic force `Re(amplitude exp(i (frequency t + phase)))` on the coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Harmonic {
     amplitude: DVector<Complex<f64>>,

@@ -5,7 +5,7 @@ use crate::quantity::{finite, finite_complex, finite_vector, is_finite, positive
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Periodic force `mean + Re sum_k amplitudes[k-1] e^{i k (frequency t + phase)}` on the coordinates, k = 1 to K.
+/// Periodic force `mean + Re(sum_k amplitudes[k-1] exp(i k (frequency t + phase)))` on the coordinates, k = 1 to K.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fourier {
     amplitudes: Vec<DVector<Complex<f64>>>,

@@ -6,7 +6,7 @@ use crate::model::signal::Signal;
 use crate::quantity::finite_vector;
 use nalgebra::DVector;
 
-/// A force on the coordinates along a direction, `direction * signal(t)`.
+/// Force direction * signal(t) on the coordinates.
 ///
 /// # Examples
 /// ```

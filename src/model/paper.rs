@@ -103,7 +103,7 @@ impl Default for PaperOptions {
     }
 }
 
-/// The paper's system (7) in symmetric form, with damping `C = 2 damping K`: modal damping ratios are `damping w_j`.
+/// The source paper's system (7) in symmetric form, with damping C = 2 damping K. Modal damping ratios are `damping w_j`.
 ///
 /// # Errors
 /// A ratio that is not positive, a damping that is not finite.
@@ -119,7 +119,8 @@ pub fn paper_system(mass_ratio: f64, length_ratio: f64, damping: f64) -> Result<
     .with_influence(dvector![1.0, 0.0])
 }
 
-/// The paper's numerical case of the given kind: base motion, and a stop for each pendulum with the coordinate reaction.
+/// The source paper's numerical case of the given kind: base motion, and a stop for each pendulum. Its impacts change the
+/// coordinate of the stop alone.
 ///
 /// # Errors
 /// A damping or clearance that is not finite.

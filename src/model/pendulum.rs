@@ -20,7 +20,8 @@ pub(crate) struct Links {
     pub damping: DMatrix<f64>,
 }
 
-/// Double pendulum of eq. (3): dimensionless, time in units of `1/(w1 sqrt(1 + m))`, base amplitude in units of `l1`.
+/// Double pendulum of the source paper's eq. (3), nonlinear and dimensionless.
+/// Time is in units of `1/(w1 sqrt(1 + m))`, base amplitudes in units of `l1`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DoublePendulum {
     mass_ratio: f64,
@@ -143,7 +144,7 @@ pub(crate) fn pendulum_stiffness(mass_ratio: f64, length_ratio: f64) -> DMatrix<
     ])
 }
 
-/// Chain of N pendulum links in physical units, on a base that may move horizontally.
+/// Chain of N pendulum links in physical units, nonlinear. Its base may move horizontally.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PendulumChain {
     masses: DVector<f64>,

@@ -34,7 +34,7 @@ pub enum RampCourse {
     },
 }
 
-/// A number of a scene that moves from its value at the start of a run to another, where it stays.
+/// Number of a scene that drifts along a run: from its value at the start of the run to another, where it stays.
 ///
 /// # Examples
 /// ```

@@ -48,7 +48,8 @@ pub fn rayleigh_coefficients(ratios: [(f64, f64); 2]) -> Result<(f64, f64)> {
     Ok((alpha, beta))
 }
 
-/// Rayleigh damping `C = alpha M + beta K`; diagonal where both matrices are.
+/// Rayleigh damping `C = alpha M + beta K`, by its coefficients or by the damping ratios at two frequencies.
+/// Here by its coefficients ([`rayleigh_coefficients`] has them for two ratios); diagonal where both matrices are.
 ///
 /// # Errors
 /// `Error::BadValue` for coefficients that are below zero or not finite, `Error::BadShape` for matrices of different order.

@@ -152,7 +152,8 @@ pub enum WallSide {
     Left,
 }
 
-/// Vertical plane wall that one bob of a pendulum may not cross; it moves with the base, and by a motion of its own relative to that.
+/// Vertical plane wall that one bob of a pendulum may not cross; it moves with the base. It may move relative to that by a motion
+/// of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
     bob: usize,

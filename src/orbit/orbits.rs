@@ -34,10 +34,9 @@ pub struct Family {
     pub basis: DMatrix<f64>,
 }
 
-/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then those of which the search could not
-/// decide it, then by depth of violation. In systems
-/// of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost O(n^3), are computed
-/// only when asked for.
+/// Every orbit of a pattern: stable and admissible ones first, then admissible ones, then undecided ones, then by depth of
+/// violation. In systems of more than 60 degrees of freedom stability has no say in the order: the multipliers, which cost
+/// O(n^3), are computed only when asked for.
 #[derive(Debug, Clone)]
 pub struct Orbits {
     pub(crate) all: Vec<PeriodicOrbit>,

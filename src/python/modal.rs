@@ -36,7 +36,7 @@ impl PyModes {
         out_vector(py, &self.modes.natural_frequencies)
     }
 
-    /// Mode shapes in the columns, shape (n, n); complex where the stiffness is not symmetric. Made when asked for.
+    /// Mode shapes in the columns, M-orthonormal [1/kg^0.5], shape (n, n); complex where the stiffness is not symmetric. Made when asked for.
     ///
     /// Raises
     /// ------

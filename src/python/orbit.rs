@@ -102,13 +102,13 @@ impl PyOrbit {
         PyScene(self.0.scene().clone())
     }
 
-    /// Position right after the first impact, shape (n,).
+    /// Position right after the first impact [m], shape (n,).
     #[getter]
     fn q0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.q0())
     }
 
-    /// Velocity right after the first impact, shape (n,).
+    /// Velocity right after the first impact [m/s], shape (n,).
     #[getter]
     fn v0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.v0())
@@ -334,13 +334,13 @@ impl PyOrbit {
         interrupt::run(py, false, |_| orbit.impulse(stop, span))
     }
 
-    /// Impacts of one period: structured array of time, stop, speed_before, speed_after, impulse, phase.
+    /// Impacts of one period: structured array of time [s], stop, speed_before, speed_after [m/s], impulse [N s], phase [rad].
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.0.impacts())
     }
 
-    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what
+    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end [s], impulse [N s] (what
     /// the stop gives on it, beside the impacts that are listed).
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -386,14 +386,14 @@ impl PyOrbit {
         Ok(self.judged(py)?.violation().cloned().map(PyViolation))
     }
 
-    /// Touches without impact, within the margin: structured array of time, stop, depth.
+    /// Touches without impact, within the margin: structured array of time [s], stop, depth [m].
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let touches = self.judged(py)?.touches();
         out_grazes(py, touches.iter().map(|t| (t.time, t.stop, -t.gap)))
     }
 
-    /// Floquet multipliers, shape (2n,) complex, largest modulus first; of several orders the worst; None where undefined.
+    /// Floquet multipliers [-], shape (2n,) complex, largest modulus first; of several orders the worst; None where undefined.
     #[getter]
     fn floquet_multipliers<'py>(
         &self,
@@ -406,7 +406,7 @@ impl PyOrbit {
             .map(|o| out_complex(py, &o.multipliers)))
     }
 
-    /// Monodromy matrix in (q, v), shape (2n, 2n), of the order of ``floquet_multipliers``; None where undefined.
+    /// Monodromy matrix in (q, v) [m, m/s], shape (2n, 2n), of the order of ``floquet_multipliers``; None where undefined.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         self.decided(py)?
@@ -454,7 +454,7 @@ impl PyOrbit {
         Ok(Self(py.detach(|| own.mirrored())?))
     }
 
-    /// The least gap of every stop over a period, shape (stops,): zero for one that is hit, unless it is passed too; sought between the
+    /// The least gap of every stop over a period [m], shape (stops,): zero for one that is hit, unless it is passed too; sought between the
     /// points at which the motion is drawn.
     #[getter]
     fn min_gap<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -463,7 +463,7 @@ impl PyOrbit {
         Ok(found.into_pyarray(py))
     }
 
-    /// The largest distance of every coordinate from zero over a period, max abs(q_i), shape (n,); sought as ``min_gap``.
+    /// The largest distance of every coordinate from zero over a period [m], max abs(q_i), shape (n,); sought as ``min_gap``.
     #[getter]
     fn max_displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let orbit = &self.0;

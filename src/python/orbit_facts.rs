@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// Coefficients of eq. (14) in the mass-normalised modes; t = 0 just after the first impact.
+/// Coefficients of eq. (14) in the mass-normalised modes, ascending; t = 0 just after the first impact.
 #[pyclass(name = "Coefficients", module = "vibroimpact", frozen)]
 pub(crate) struct PyCoefficients(pub Coefficients);
 
@@ -38,25 +38,25 @@ impl PyCoefficients {
         PyTuple::new(py, [self.a(py), self.b(py), self.A(py), self.B(py)])
     }
 
-    /// Cosine amplitudes of the free motion, shape (n,).
+    /// Cosine amplitudes of the free motion [m], shape (n,).
     #[getter]
     fn a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.a)
     }
 
-    /// Sine amplitudes of the free motion, shape (n,).
+    /// Sine amplitudes of the free motion [m], shape (n,).
     #[getter]
     fn b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.b)
     }
 
-    /// Sine amplitudes of the steady response, shape (n,).
+    /// Sine amplitudes of the steady response [m], shape (n,).
     #[getter]
     fn A<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.sine)
     }
 
-    /// Cosine amplitudes of the steady response, shape (n,).
+    /// Cosine amplitudes of the steady response [m], shape (n,).
     #[getter]
     fn B<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.cosine)
@@ -114,7 +114,7 @@ impl PyViolation {
         self.0.time
     }
 
-    /// How far the stop is passed, in units of the gap; zero where an impulse pulls.
+    /// How far the stop is passed [m]; zero where an impulse pulls.
     #[getter]
     fn depth(&self) -> f64 {
         self.0.depth
@@ -159,7 +159,7 @@ impl PyFamily {
         Ok((self.basis(py)?,))
     }
 
-    /// Directions of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
+    /// Directions [m, m/s] of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
     #[getter]
     fn basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, &self.0.basis)

@@ -62,7 +62,7 @@ impl PyOrbits {
         &self.reason
     }
 
-    /// ``1 - |d|/|alpha|``: distance of the parameters from the fold where orbits meet and vanish; negative: none.
+    /// ``1 - |d|/|alpha|`` [-]: distance of the parameters from the fold where orbits meet and vanish; negative: none.
     #[getter]
     fn margin(&self) -> Option<f64> {
         self.margin

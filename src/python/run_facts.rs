@@ -82,7 +82,8 @@ impl PyStats {
     }
 }
 
-/// Energies along a motion, arrays of shape (m,), one entry for each of the times ``t``: those of a trajectory, or one period of an orbit.
+/// Energies along a motion, one entry for each of the times t.
+/// They are those of a trajectory, or of one period of an orbit; arrays of shape (m,).
 ///
 /// ``balance`` is what does not add up: kinetic + potential - forcing_work + damping_loss + impact_loss, less its value at
 /// the start; zero but for the tolerance of the integration.
@@ -133,44 +134,44 @@ impl PyEnergy {
         )
     }
 
-    /// The times [s].
+    /// The times [s], shape (m,).
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.time.clone().into_pyarray(py)
     }
 
-    /// Kinetic energy.
+    /// Kinetic energy [J], shape (m,).
     #[getter]
     fn kinetic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.kinetic.clone().into_pyarray(py)
     }
 
-    /// Potential energy, zero at q = 0.
+    /// Potential energy [J], shape (m,), zero at q = 0.
     #[getter]
     fn potential<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.potential.clone().into_pyarray(py)
     }
 
-    /// Work of the forcing since the start.
+    /// Work of the forcing since the start [J], shape (m,).
     #[getter]
     fn forcing_work<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.forcing_work.clone().into_pyarray(py)
     }
 
-    /// Loss in dampers since the start.
+    /// Loss in dampers since the start [J], shape (m,).
     #[getter]
     fn damping_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.damping_loss.clone().into_pyarray(py)
     }
 
-    /// Loss at impacts since the start, chatter included; for a reaction that is not that of inertia also what lasting
+    /// Loss at impacts since the start [J], shape (m,), chatter included; for a reaction that is not that of inertia also what lasting
     /// contact takes.
     #[getter]
     fn impact_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.impact_loss.clone().into_pyarray(py)
     }
 
-    /// What does not add up, zero at the start.
+    /// What does not add up [J], zero at the start, shape (m,).
     #[getter]
     fn balance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.balance.clone().into_pyarray(py)

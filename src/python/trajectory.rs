@@ -84,7 +84,7 @@ impl PyTrajectory {
 
 #[pymethods]
 impl PyTrajectory {
-    /// Times, shape (m,): ``t_eval``, or without it points for drawing, both sides of each impact, at most 200 a segment, fewer
+    /// Times [s], shape (m,): ``t_eval``, or without it points for drawing, both sides of each impact, at most 200 a segment, fewer
     /// where these would be more than a million.
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
@@ -96,13 +96,13 @@ impl PyTrajectory {
         Ok(times.into_pyarray(py))
     }
 
-    /// Positions at ``t``, shape (m, n).
+    /// Positions at ``t`` [m], shape (m, n).
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, &self.samples(py)?.1)
     }
 
-    /// Velocities at ``t``, shape (m, n).
+    /// Velocities at ``t`` [m/s], shape (m, n).
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, &self.samples(py)?.2)
@@ -446,13 +446,13 @@ impl PyTrajectory {
         }
     }
 
-    /// Impacts: structured array of time, stop, speed_before, speed_after, impulse, phase.
+    /// Impacts: structured array of time [s], stop, speed_before, speed_after [m/s], impulse [N s], phase [rad].
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_impacts(py, self.core.impacts())
     }
 
-    /// Touches without impact, minima of a gap within its rounding of zero: structured array of time, stop, depth.
+    /// Touches without impact, minima of a gap within its rounding of zero: structured array of time [s], stop, depth [m].
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();
@@ -478,7 +478,7 @@ impl PyTrajectory {
         Ok(PyEnergy(energy))
     }
 
-    /// Segments: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end, impulse (what the stop gives on
+    /// Segments: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end [s], impulse [N s] (what the stop gives on
     /// it, beside the impacts that are listed: the rest of impacts that accumulate, the contact force over its time); needs
     /// keep="motion".
     #[getter]

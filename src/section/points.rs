@@ -54,7 +54,7 @@ impl Section {
     }
 }
 
-/// What is seen of a motion of n coordinates: p points.
+/// A motion looked at once in a while: p points of n coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoincarePoints {
     /// Times \[s\], shape `(p,)`.
@@ -108,7 +108,8 @@ impl PoincarePoints {
     }
 }
 
-/// Looks at a motion at a phase of the forcing, after its impacts, or where it passes through a plane of its states upwards.
+/// Looks at a motion at a phase of the forcing, after its impacts, or where it passes through a plane of its states. Planes are
+/// passed upwards.
 ///
 /// # Errors
 /// A trajectory that does not keep its motion; a phase that is not finite; of a phase, a scene without a forcing period or a run along

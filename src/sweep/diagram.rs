@@ -79,7 +79,7 @@ impl Default for DiagramOptions {
     }
 }
 
-/// What a motion settles on at m values, p points in all.
+/// What a motion of n coordinates settles on at m values of a number of its scene: p points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BifurcationDiagram {
     /// The values in the order in which they were gone through, shape `(m,)`: up, then down.
@@ -110,8 +110,8 @@ struct AtValue {
     last: PhysicalState,
 }
 
-/// Follows a motion over the values of a number of a scene: at each value `transient` periods of the forcing are left out and
-/// `periods` looked at, at a phase or after impacts.
+/// Follows a motion over the values of a number of its scene, its transients left out. At each value `transient` periods of the
+/// forcing are left out and `periods` looked at, at a phase or after impacts.
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///

@@ -71,7 +71,7 @@ impl Scenes<'_> {
     }
 }
 
-/// The ends of many trajectories, one row each.
+/// Many trajectories, one row each: their ends, or their motions at given times, and their impacts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
     /// Final positions, shape `(k, n)`.
@@ -99,9 +99,9 @@ struct TrajectoryEnd {
     samples: Option<Samples>,
 }
 
-/// Simulates k runs: of one scene or of k, from rows of `q0` and `v0`, shape `(k, n)` each, or `(1, n)` for all; the same bits as one by
-/// one. Pendulums with large motions that share a scene run four or eight abreast, as wide as the registers are, their Taylor series
-/// made together. A start inside a stop is left as it is, with the status [`Status::InsideStop`].
+/// Simulates one scene from many states, or many scenes; the same bits as one by one. Rows of `q0` and `v0` have the shape (k,
+/// n), or (1, n) for all. Pendulums with large motions that share a scene run four or eight abreast, as wide as the registers
+/// are, their Taylor series made together. A start inside a stop is left as it is, with the status [`Status::InsideStop`].
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
 ///

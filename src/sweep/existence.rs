@@ -61,7 +61,7 @@ const EMPTY: ExistenceCell = ExistenceCell {
     multiplier: f64::NAN,
 };
 
-/// Where in a plane of two parameters a pattern has orbits; arrays of shape `(y.len(), x.len())`, row by row.
+/// Where in a plane of two parameters a pattern has periodic orbits. Arrays have the shape (y.len(), x.len()), row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExistenceMap {
     /// What x is, where it is a parameter of the scene.
@@ -128,7 +128,7 @@ impl ExistenceMap {
     }
 }
 
-/// Where in a plane of two parameters a pattern of impacts has a periodic orbit, an admissible one, a stable one.
+/// Map where in a plane of two parameters a pattern has a periodic orbit, an admissible one, a stable one.
 ///
 /// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given; where that
 /// refuses because doubles do not hold the motion (it outgrows them within a period, or the period has more than 1e12 turns

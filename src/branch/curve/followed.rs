@@ -17,8 +17,9 @@ use std::ops::ControlFlow;
 /// An orbit that misses closing by more than this, in its own size, is not one of the scene.
 const ELSEWHERE: f64 = 1e-4;
 
-/// Follows a special point of a branch over two numbers of its scene: folds, period doublings, tori, pitchforks, grazes, impacts without speed and
-/// corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by arclength.
+/// Follows a special point of a branch over two numbers of its scene. Folds, period doublings, tori, pitchforks, grazes, impacts
+/// without speed and corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by
+/// arclength.
 ///
 /// A curve of grazes shows the orbits that touch; one of corners those that hit both stops at once. It is followed wherever its equations
 /// go: whether its orbits keep the rules of contact is said by each.

@@ -4,7 +4,7 @@ use crate::branch::end::BranchEnd;
 use crate::branch::special::SpecialKind;
 use crate::orbit::PeriodicOrbit;
 
-/// A special point on a curve, where two things happen at once.
+/// A point of a curve at which two things happen at once.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
     /// What happens there besides: `cusp`, `strong_1_1` to `strong_1_4`, `fold_flip`, `resonant_graze`, `graze_fold`, `double_graze`,
@@ -20,7 +20,7 @@ pub struct CurvePoint {
     pub orbit: PeriodicOrbit,
 }
 
-/// A curve in the plane of two numbers of a scene on which a special point of a branch lies, m points in their order.
+/// Periodic orbits at special points over two numbers of their scene: a sequence of m orbits, beside each other.
 #[derive(Debug, Clone)]
 pub struct BifurcationCurve {
     /// What lies on it; none of stops that are hit at one instant.

@@ -12,7 +12,7 @@ use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use std::ops::ControlFlow;
 
-/// A periodic motion near a guess: another orbit (of other parameters, say), or a trajectory that comes near it.
+/// A periodic motion near a guess: another orbit (of other parameters, say), a trajectory that comes near it, or a state.
 ///
 /// Any scene, any number of instants; flights in closed form, or integrated to 2e-13; Newton's method on the flight times
 /// and the states after the impacts, regular also where an impact has no speed. The pattern is the guess's. `n_periods` is the

@@ -4,8 +4,8 @@
 use crate::contact::walk::FlightCheck;
 use crate::error::digits;
 
-/// Where and by how much an orbit breaks the rules of contact; or, with a depth that is not a number, where the search could
-/// not decide whether it does.
+/// Where and by how much an orbit breaks the rules of contact. With a depth that is not a number, where the search could not
+/// decide whether it does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
     /// The stop.

@@ -56,7 +56,7 @@ impl PyBaseMotion {
         )?))
     }
 
-    /// Displacement amplitude: a float, or of several harmonics or with an imaginary part complex, shape (K,).
+    /// Displacement amplitude [m]: a float, or of several harmonics or with an imaginary part complex, shape (K,).
     #[getter]
     fn amplitude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let amplitudes = self.0.amplitudes();

@@ -52,7 +52,7 @@ impl PyHarmonic {
         )?))
     }
 
-    /// Force amplitude, shape (n,), real where it has no imaginary part.
+    /// Force amplitude [N], shape (n,), real where it has no imaginary part.
     #[getter]
     fn amplitude<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         let amplitude = self.0.amplitude();

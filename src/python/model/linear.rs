@@ -203,31 +203,31 @@ impl PyLinearSystem {
         self.0.n_dof()
     }
 
-    /// Mass matrix, shape (n, n), or (n,) where given as a diagonal.
+    /// Mass matrix [kg], shape (n, n), or (n,) where given as a diagonal.
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_coefficient(py, self.0.mass())
     }
 
-    /// Damping matrix, shape (n, n), or (n,) where given as a diagonal.
+    /// Damping matrix [N s/m], shape (n, n), or (n,) where given as a diagonal.
     #[getter]
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_coefficient(py, self.0.damping())
     }
 
-    /// Stiffness matrix, shape (n, n), or (n,) where given as a diagonal.
+    /// Stiffness matrix [N/m], shape (n, n), or (n,) where given as a diagonal.
     #[getter]
     fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_coefficient(py, self.0.stiffness())
     }
 
-    /// Constant force, shape (n,).
+    /// Constant force [N], shape (n,).
     #[getter]
     fn load<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, self.0.load())
     }
 
-    /// Influence vector, shape (n,), or None.
+    /// Influence vector [-], shape (n,), or None.
     #[getter]
     fn influence<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
         self.0.influence().map(|r| out_vector(py, r))

@@ -170,7 +170,7 @@ impl PyNonlinearSystem {
         Ok(self.parts()?.given().clone_ref(py))
     }
 
-    /// Mass matrix, shape (n, n), a function of q, or None.
+    /// Mass matrix [kg], shape (n, n), a function of q, or None.
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.parts()?.mass_given(py)
@@ -196,7 +196,7 @@ impl PyNonlinearSystem {
         Ok(function.map(|f| f.function.clone_ref(py)))
     }
 
-    /// What is added to the time that acceleration and jacobian are given.
+    /// What is added to the time that acceleration and jacobian are given [s].
     #[getter]
     fn time_offset(&self) -> f64 {
         self.0.time_offset()

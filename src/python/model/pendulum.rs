@@ -79,19 +79,19 @@ impl PyDoublePendulum {
         System::from(self.0.clone()).n_dof()
     }
 
-    /// ``m2/m1``.
+    /// ``m2/m1`` [-].
     #[getter]
     fn mass_ratio(&self) -> f64 {
         self.0.mass_ratio()
     }
 
-    /// ``l1/l2``.
+    /// ``l1/l2`` [-].
     #[getter]
     fn length_ratio(&self) -> f64 {
         self.0.length_ratio()
     }
 
-    /// Damping matrix, shape (2, 2).
+    /// Damping matrix [N m s], shape (2, 2).
     #[getter]
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, self.0.damping())
@@ -137,7 +137,7 @@ impl PyDoublePendulum {
 /// damping : float or array_like, shape (N,) or (N, N), default 0.0
 ///     Joint dampers, one for all or one each, or any damping matrix.
 /// gravity : float, default 9.81
-///     Gravity.
+///     Gravity [m/s^2].
 ///
 /// Raises
 /// ------
@@ -186,25 +186,25 @@ impl PyPendulumChain {
         self.0.n_dof()
     }
 
-    /// Point masses, shape (N,).
+    /// Point masses [kg], shape (N,).
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, self.0.masses())
     }
 
-    /// Link lengths, shape (N,).
+    /// Link lengths [m], shape (N,).
     #[getter]
     fn lengths<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, self.0.lengths())
     }
 
-    /// Damping matrix, shape (N, N).
+    /// Damping matrix [N m s], shape (N, N).
     #[getter]
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, self.0.damping())
     }
 
-    /// Gravity.
+    /// Gravity [m/s^2].
     #[getter]
     fn gravity(&self) -> f64 {
         self.0.gravity()

@@ -90,7 +90,7 @@ impl PyStop {
         Ok(Self(stop.with_motion(self::motion(motion)?)))
     }
 
-    /// The normal as given: index of a coordinate, or shape (n,).
+    /// The normal [-] as given: index of a coordinate, or shape (n,).
     #[getter]
     fn normal<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(match self.0.normal() {
@@ -99,7 +99,7 @@ impl PyStop {
         })
     }
 
-    /// Gap at q = 0.
+    /// Gap at q = 0 [m].
     #[getter]
     fn clearance(&self) -> f64 {
         self.0.clearance()
@@ -222,7 +222,7 @@ impl PyWall {
         self.0.bob()
     }
 
-    /// Horizontal position.
+    /// Horizontal position [m].
     #[getter]
     fn position(&self) -> f64 {
         self.0.position()
