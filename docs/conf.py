@@ -1,5 +1,6 @@
 """The site: ``bash .ci/run site`` builds it into ``target/site``; building the gallery runs the Python examples."""
 
+import os
 from importlib.metadata import metadata
 from pathlib import Path
 
@@ -13,6 +14,9 @@ import vibroimpact
 URLS = dict(entry.split(", ", 1) for entry in metadata("vibroimpact").get_all("Project-URL") or [])
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "target" / "figures"
+
+# Notebooks show their pictures by themselves only where no other backend is asked for.
+os.environ.pop("MPLBACKEND", None)
 
 project = "vibroimpact"
 author = "the developers of vibroimpact"
@@ -28,7 +32,7 @@ myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 # A formula in backticks is text, and numbered lists begin where they begin.
 suppress_warnings = ["myst.header", "config.cache"]
-nb_execution_mode = "cache"
+nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 
@@ -37,6 +41,7 @@ autodoc_typehints = "none"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 
+smartquotes = False  # --output is an option, not a dash
 html_theme = "pydata_sphinx_theme"
 html_title = "vibroimpact"
 html_baseurl = URLS.get("Documentation", "")
@@ -46,10 +51,12 @@ html_favicon = html_logo = "_static/icon.svg"
 html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
 html_copy_source = False
+html_sidebars = {"*": []}  # pages without pages below them
 html_theme_options = {
+    "logo": {"text": "vibroimpact"},
     "navigation_with_keys": False,
     "show_prev_next": False,
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 5,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -59,7 +66,8 @@ html_theme_options = {
 
 def output_of(_gallery: object, script: dict[str, object]) -> list[str]:
     """Return the arguments of an example: where its figures go, a folder of its own."""
-    return ["--output", str(FIGURES / Path(str(script["src_file"])).stem)]
+    source = Path(str(script["src_file"]))
+    return ["--output", os.path.relpath(FIGURES / source.stem, source.parent)]
 
 
 def saved_figures(_block: object, variables: dict[str, object], gallery: dict[str, object]) -> str:
@@ -86,6 +94,8 @@ sphinx_gallery_conf = {
     "reset_argv": output_of,
     "reset_modules": (),
     "within_subsection_order": "FileNameSortKey",
+    "default_thumb_file": str(Path(__file__).parent / "_static" / "icon.svg"),
+    "remove_config_comments": True,
     "min_reported_time": 1e9,
     "show_memory": False,
     "show_signature": False,
@@ -101,6 +111,7 @@ def titled(_app: object, name: str, source: list[str]) -> None:
     lines = source[0].split("\n")
     label = next(k for k, line in enumerate(lines) if line.startswith(".. _sphx_glr_gallery_"))
     first = next(k for k in range(label + 1, len(lines)) if lines[k].strip())
+    lines[first] = lines[first].rstrip(".")
     lines.insert(first + 1, "=" * len(lines[first]))
     source[0] = "\n".join(lines)
 
@@ -125,7 +136,8 @@ def listing(title: str, module: str, names: list[str]) -> str:
 API = Path(__file__).parent / "api" / "index.rst"
 API.parent.mkdir(exist_ok=True)
 API.write_text(
-    listing("API", "vibroimpact", sorted(set(vibroimpact.__all__) - {"plot", "KINDS", "__version__"}))
+    "API\n===\n\n"
+    + listing("Scenes, motions, results", "vibroimpact", sorted(set(vibroimpact.__all__) - {"plot", "KINDS", "__version__"}))
     + "\n"
     + listing("Pictures", "vibroimpact.plot", list(vibroimpact.plot.__all__)),
     encoding="utf-8",

@@ -7,6 +7,7 @@ through the stop and who never ends.
 Run: python examples/error_vs_runtime.py [--quick] [--output DIRECTORY]
 """
 
+# sphinx_gallery_thumbnail_path = "report/figures/error_vs_runtime.png"
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -7,6 +7,7 @@ machinery. Cost and memory are followed over modes, stops, impacts, trajectories
 Writes `scene_cost.md`, three CSV files and two figures. Run: python examples/scene_cost.py [--quick] [--output DIRECTORY]
 """
 
+# sphinx_gallery_thumbnail_path = "report/scene_cost_features.png"
 from __future__ import annotations
 
 import sys

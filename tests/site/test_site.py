@@ -65,6 +65,14 @@ def test_links_lead_somewhere(page):
     assert not broken
 
 
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if "cell_input" in text_of(page)], ids=lambda page: str(page.relative_to(SITE))
+)
+def test_pages_that_plot_show_it(page):
+    plots = len(re.findall(r'<span class="n">plot</span>', text_of(page)))
+    assert len(re.findall(r"<img\b[^>]*_images/", text_of(page))) >= min(plots, 1)
+
+
 def words(text):
     return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", "", text))).strip()
 
@@ -74,7 +82,8 @@ def first_sentence(text):
     text = re.sub(r"\s+", " ", text.replace("`", "").replace("\u2019", "'").strip())
     text = re.sub(r" \((?:eqs?\.|theory) [^()]*(?:\([^()]*\)[^()]*)*\)", "", text)
     sentence = re.split(r"(?<=[.?])(?<!eq\.) ", text)[0].rstrip(".")
-    return re.sub(r"^(?:(?:The|An?) (\w)|(\w+?)s?\b)", lambda start: (start[1] or start[2]).capitalize(), sentence)
+    sentence = re.sub(r"^(?:The|An?) ", "", sentence)
+    return re.sub(r"^\w+?(?=s?\b)s?", lambda start: start[0].rstrip("s").capitalize(), sentence)
 
 
 def in_rust():

@@ -120,7 +120,7 @@ impl PyStop {
         }
     }
 
-    /// "inertia", "coordinate", or a direction of shape (n,).
+    /// "inertia", "coordinate", or a direction [-] of shape (n,).
     #[getter]
     fn reaction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         out_reaction(py, self.0.reaction())
