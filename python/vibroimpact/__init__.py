@@ -8,9 +8,11 @@ the extra ``plot``, and ``vibroimpact.reduce`` SciPy, the extra ``fe``.
 from __future__ import annotations
 
 import importlib
+import types
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from vibroimpact._calls import answered as _answered
 from vibroimpact._core import (
     BaseAcceleration,
     BaseMotion,
@@ -149,6 +151,10 @@ __all__ = [
     "simulate",
     "simulate_many",
 ]
+
+for _name in __all__:
+    if isinstance(_function := globals().get(_name), types.FunctionType | types.BuiltinFunctionType):
+        globals()[_name] = _answered(_function)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,12 +1,12 @@
-//! Arguments that are called otherwise elsewhere: a constructor answers with the name that exists here.
+//! Arguments that are called otherwise elsewhere: a constructor or function answers with the name that exists here.
 
 use pyo3::PyClass;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// What an argument is called in other programs and texts, and what here; the first of these that a constructor has is meant.
-const ELSEWHERE: [(&[&str], &[&str]); 16] = [
+/// What an argument is called in other programs and texts, and what here; the first of these that is taken is meant.
+const ELSEWHERE: [(&[&str], &[&str]); 22] = [
     (
         &["m", "masses", "mass_matrix"],
         &["mass", "masses", "mass_ratio"],
@@ -50,6 +50,18 @@ const ELSEWHERE: [(&[&str], &[&str]); 16] = [
         &["stop", "walls", "wall", "obstacles", "constraints"],
         &["stops"],
     ),
+    (
+        &["tspan", "span", "time", "t", "tend", "t_end"],
+        &["t_span"],
+    ),
+    (&["x0", "y0", "q", "position0"], &["q0"]),
+    (&["dq0", "qd0", "v", "velocity0"], &["v0"]),
+    (&["teval", "times", "saveat"], &["t_eval"]),
+    (&["tol", "reltol", "abstol"], &["rtol", "atol"]),
+    (
+        &["param", "parameter", "name", "values", "range", "par"],
+        &["axis", "x", "parameter", "between", "parameters"],
+    ),
 ];
 
 /// The name here of what is called so elsewhere, among the names of some arguments.
@@ -84,6 +96,14 @@ pub(crate) fn unknown(of: &str, given: &str, names: &[&str]) -> String {
         Some(here) => format!("{of} has no {given}: it is called {here} here (of {all})"),
         None => format!("{of} has no {given}: it has {all}"),
     }
+}
+
+/// What Python's functions answer an unknown name with.
+#[pyfunction]
+#[pyo3(signature = (of, given, names, /))]
+pub(crate) fn _unknown(of: &str, given: &str, names: Vec<String>) -> String {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    unknown(of, given, &names)
 }
 
 /// A value of a class by its static method `_made`, which takes the arguments; a name that it has not is answered with those that it has.

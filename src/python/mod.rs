@@ -46,6 +46,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::answered::_unknown;
+    #[pymodule_export]
     use super::array::_numbers;
     #[pymodule_export]
     use super::attractor::{_group_attractors, _settle_seeds};

@@ -1,6 +1,7 @@
 """Arguments by the names that others give them are answered with those that exist."""
 
 import inspect
+import pickle
 
 import pytest
 
@@ -84,3 +85,41 @@ def test_long_values_in_messages_are_cut():
     with pytest.raises((TypeError, ValueError)) as raised:
         vi.periodic_orbits(SCENE, ["stop"] * 500)
     assert len(str(raised.value)) < 400
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (
+            lambda: vi.simulate(SCENE, [0.0], [0.0], tspan=(0, 1)),
+            r"^simulate\(\) has no tspan: it is called t_span here",
+        ),
+        (lambda: vi.simulate(SCENE, x0=[0.0], v0=[0.0], t_span=(0, 1)), "x0: it is called q0 here"),
+        (lambda: vi.bifurcation_diagram(SCENE, parameter="phase", values=[1.0]), "parameter: it is called axis here"),
+        (
+            lambda: vi.bifurcation_diagram(SCENE, "phase", [1.0]),
+            r"3 arguments by place, .* 2: .*; axis : \(str, array",
+        ),
+        (
+            lambda: vi.basins(SCENE, (0, 1, 3), (0, 1, 3)),
+            "3 arguments by place, .* 1: scene : .*; by name q, v",
+        ),
+        (lambda: vi.continuation(None, "phase", 0.0, 1.0), r"between : "),
+        (lambda: vi.find_orbit(SCENE, colour="red"), r"find_orbit\(\) has no colour: it has scene, "),
+    ],
+)
+def test_a_call_that_does_not_fit_is_answered_with_what_does(call, said):
+    with pytest.raises(TypeError, match=said):
+        call()
+
+
+def test_other_errors_of_a_call_stay_as_they_are():
+    with pytest.raises(TypeError, match="missing 2 required positional arguments"):
+        vi.simulate(SCENE, [0.0])
+    with pytest.raises(TypeError, match="True"):
+        vi.continuation(vi.periodic_orbits(SCENE, [0])[0], "frequency", (True, 2.0))
+
+
+def test_functions_keep_their_signatures_and_can_be_sent():
+    assert str(inspect.signature(vi.simulate)).startswith("(scene, q0, v0, t_span, *,")
+    assert pickle.loads(pickle.dumps(vi.simulate)) is vi.simulate
