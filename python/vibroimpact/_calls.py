@@ -41,4 +41,5 @@ def answered(function: Callable[P, R]) -> Callable[P, R]:
                 raise
         raise TypeError(misfit)
 
+    called.__module__ = "vibroimpact"  # where pickle finds it
     return called

@@ -116,8 +116,8 @@ def test_a_call_that_does_not_fit_is_answered_with_what_does(call, said):
 def test_other_errors_of_a_call_stay_as_they_are():
     with pytest.raises(TypeError, match="missing 2 required positional arguments"):
         vi.simulate(SCENE, [0.0])
-    with pytest.raises(TypeError, match="True"):
-        vi.continuation(vi.periodic_orbits(SCENE, [0])[0], "frequency", (True, 2.0))
+    with pytest.raises(TypeError, match="scene is 'a', but a Scene is needed"):
+        vi.simulate("a", [0.0], [0.0], (0.0, 1.0))
 
 
 def test_functions_keep_their_signatures_and_can_be_sent():
