@@ -48,6 +48,7 @@ __all__ = [
     "_group_attractors",
     "_lyapunov_exponents",
     "_numbers",
+    "_unknown",
     "_poincare_points",
     "_rayleigh_coefficients",
     "_restore_orbit",
