@@ -151,7 +151,8 @@ def simulate_many(
     ----------
     scene : Scene, sequence of Scene, or callable
         One for all; one each, all of n degrees of freedom; or ``i -> Scene`` for the i-th row of ``q0``. Pendulums with stops
-        and walls that share a scene run four or eight abreast. q0, v0 : array_like, shape (k, n), or (n,) for all
+        and walls that share a scene run four or eight abreast.
+    q0, v0 : array_like, shape (k, n), or (n,) for all
         Positions and velocities at the start, one row each.
     t_span : pair of float
         Start and end [s].

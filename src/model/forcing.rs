@@ -175,7 +175,7 @@ impl Forcing {
             None => Timing::Periodic { frequency },
             Some((other, _)) => Timing::Aperiodic {
                 reason: format!(
-                    "its forcings have no common period: the frequency {other} is no whole multiple of the lowest, {frequency}"
+                    "its forcings have no common period: the frequency {other} is no whole multiple of the lowest, {frequency}; harmonics of one frequency can be one Fourier"
                 ),
             },
         }
