@@ -47,6 +47,7 @@ html_title = "vibroimpact"
 html_baseurl = URLS.get("Documentation", "")
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_favicon = html_logo = "_static/icon.svg"
 html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
