@@ -25,6 +25,7 @@ version = release = vibroimpact.__version__
 
 extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_gallery.gen_gallery"]
 exclude_patterns = ["report/figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst", "jupyter_execute"]
+default_role = "code"
 templates_path = ["_templates"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 
