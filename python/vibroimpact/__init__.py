@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibroimpact._calls import answered as _answered
+from vibroimpact._calls import no_name as _no_name
 from vibroimpact._core import (
     BaseAcceleration,
     BaseMotion,
@@ -161,8 +162,7 @@ def __getattr__(name: str) -> Any:
     """Import ``plot``, and with it matplotlib, when it is first used."""
     if name == "plot":
         return importlib.import_module("vibroimpact.plot")
-    message = f"module {__name__!r} has no attribute {name!r}"
-    raise AttributeError(message)
+    raise _no_name(__name__, name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -1,9 +1,10 @@
 """A call whose arguments do not fit is answered with those that a function takes."""
 
+import difflib
 import functools
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from vibroimpact import _core
@@ -26,6 +27,14 @@ def _misfit(function: Callable[..., Any], arguments: tuple[Any, ...], named: Map
     rest = ", ".join(name for name in taken if name not in placed)
     by_name = f"; by name {rest}" if rest else ""
     return f"{function.__name__}() is given {len(arguments)} arguments by place, and takes {len(placed)}: {places}{by_name}"
+
+
+def no_name(module: str, given: str, names: Sequence[str]) -> AttributeError:
+    """Return the error of a module without a name, with those that are near."""
+    low = given.lower()
+    near = [own for own in names if low in own.lower() or own.lower() in low] or difflib.get_close_matches(given, names, 3)
+    meant = f"; is {' or '.join(near[:3])} meant?" if near else ""
+    return AttributeError(f"module {module!r} has no attribute {given!r}{meant}", name=given)
 
 
 def answered(function: Callable[P, R]) -> Callable[P, R]:

@@ -5,13 +5,25 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Never, TypeVar, overload
 
 import numpy as np
+
+from vibroimpact import _core
 
 
 class ArrayResult:
     """A frozen dataclass of arrays."""
+
+    if not TYPE_CHECKING:  # to which an unknown attribute is an error
+
+        def __getattr__(self, name: str) -> Never:
+            """Answer with the name that exists here, or with all."""
+            if name.startswith("_"):
+                raise AttributeError(name)
+            kind = type(self)
+            names = sorted({*(own for own in dir(kind) if not own.startswith("_")), *(own.name for own in fields(kind))})
+            raise AttributeError(_core._unknown(kind.__name__, name, names))
 
     def _check(self, arrays: dict[str, tuple[str, tuple[int, ...]]]) -> None:
         """Refuse what is no array of the kind (a letter of NumPy) and shape that it must have."""

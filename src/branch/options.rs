@@ -85,7 +85,12 @@ pub(super) fn check_range(name: &str, (low, high): (f64, f64), start: f64) -> Re
         return Err(Error::bad_value(name, value, rule));
     }
     if !(low..=high).contains(&start) {
-        let rule = format!("the orbit is at {start}: it must lie inside");
+        let of = if name.ends_with("_scale") {
+            ", for a factor counts from the scene of the orbit"
+        } else {
+            ""
+        };
+        let rule = format!("the orbit is at {start}{of}: it must lie inside");
         return Err(Error::bad_value(name, value, rule));
     }
     Ok(())

@@ -307,6 +307,27 @@ pub(crate) fn pairs(z: &DVector<f64>) -> Vec<Pair> {
     z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
 }
 
+/// A bound on the rates at which a motion turns or decays that does not uncouple \[rad/s\]: the norm of its matrix with positions in units
+/// of velocities, no less than the modulus of any eigenvalue.
+pub(crate) fn rate_bound(matrix: &DMatrix<f64>) -> f64 {
+    let n = matrix.nrows() / 2;
+    let largest = |column: usize| {
+        let entries = (0..n * n).map(|k| matrix[(2 * (k / n) + 1, 2 * (k % n) + column)].abs());
+        entries.fold(0.0, f64::max)
+    };
+    let (stiffness, damping) = (largest(0), largest(1));
+    let rate = if stiffness > 0.0 {
+        stiffness.sqrt()
+    } else {
+        damping
+    };
+    if rate == 0.0 {
+        return 0.0;
+    }
+    let unit = |i: usize| if i % 2 == 0 { rate } else { 1.0 };
+    DMatrix::from_fn(2 * n, 2 * n, |i, j| matrix[(i, j)] * unit(i) / unit(j)).norm()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -336,6 +357,24 @@ mod tests {
             let [[_, _], [_, b]] = twice.matrix();
             assert!(a < 0.0 && (b / a - 2.0).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn rates_are_bounded_in_any_units() {
+        for (k, c) in [
+            (1.2e6, 0.0),
+            (1.2e6, 20.0),
+            (1e-4, 0.0),
+            (1.0, 1e6),
+            (0.0, 3.0),
+        ] {
+            let matrix = dmatrix![0.0, 1.0; -k, -c];
+            let roots = crate::linalg::eigen::eigenvalues(&matrix).expect("converges");
+            let fastest = roots.iter().map(|root| root.norm()).fold(0.0, f64::max);
+            let bound = rate_bound(&matrix);
+            assert!(fastest <= bound * (1.0 + 1e-14) && bound < 2.0 * fastest);
+        }
+        assert_eq!(rate_bound(&DMatrix::zeros(2, 2)), 0.0);
     }
 
     #[test]

@@ -116,13 +116,42 @@ pub(crate) fn whole_multiple(frequency: f64, of: f64) -> Option<u32> {
     is_whole.then_some(times as u32)
 }
 
+/// The forcings that a forcing is made of, in their order; of one alone nothing is allocated.
+pub(crate) struct Parts<'a> {
+    first: Option<&'a Forcing>,
+    open: Vec<std::slice::Iter<'a, Forcing>>,
+}
+
+impl<'a> Iterator for Parts<'a> {
+    type Item = &'a Forcing;
+
+    fn next(&mut self) -> Option<&'a Forcing> {
+        loop {
+            let one = match self.first.take() {
+                Some(first) => first,
+                None => match self.open.last_mut()?.next() {
+                    Some(one) => one,
+                    None => {
+                        self.open.pop();
+                        continue;
+                    }
+                },
+            };
+            match one {
+                Forcing::Unforced => {}
+                Forcing::Several(forcings) => self.open.push(forcings.iter()),
+                one => return Some(one),
+            }
+        }
+    }
+}
+
 impl Forcing {
     /// Each forcing by itself.
-    pub(crate) fn parts(&self) -> Vec<&Self> {
-        match self {
-            Self::Unforced => Vec::new(),
-            Self::Several(forcings) => forcings.iter().flat_map(Self::parts).collect(),
-            one => vec![one],
+    pub(crate) fn parts(&self) -> Parts<'_> {
+        Parts {
+            first: Some(self),
+            open: Vec::new(),
         }
     }
 
@@ -147,7 +176,7 @@ impl Forcing {
 
     /// The frequencies and phases of those that are periodic, in their order.
     pub(super) fn angles(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.parts().into_iter().filter_map(Self::own_angle)
+        self.parts().filter_map(Self::own_angle)
     }
 
     /// The lowest frequency, and the phase of the first that has it.
@@ -158,8 +187,7 @@ impl Forcing {
 
     /// How it depends on time.
     pub(crate) fn timing(&self) -> Timing {
-        let parts = self.parts();
-        if parts.iter().any(|part| part.own_signal().is_some()) {
+        if self.parts().any(|part| part.own_signal().is_some()) {
             let reason =
                 "its forcing, or the motion of a stop, follows a signal, which has no period"
                     .to_owned();
@@ -331,20 +359,16 @@ impl Forcing {
 
     /// Whether its force grows with the square of the frequency: all of it, `None` where a part of it does.
     pub(crate) fn is_inertial(&self) -> Option<bool> {
-        let parts = self.parts();
-        let count = parts
-            .iter()
-            .filter(|part| matches!(part, Self::BaseMotion(_)))
-            .count();
-        match count {
+        let is_base = |part: &Self| matches!(part, Self::BaseMotion(_));
+        match self.parts().filter(|part| is_base(part)).count() {
             0 => Some(false),
-            _ if count == parts.len() => Some(true),
+            _ if self.parts().all(is_base) => Some(true),
             _ => None,
         }
     }
 
     fn no_angle(&self, argument: &str, value: f64) -> Error {
-        if self.parts().is_empty() {
+        if self.parts().next().is_none() {
             return no_forcing(argument, value);
         }
         let rule = "the forcing follows signals, which have none; give the scene another `forcing`";
@@ -420,6 +444,6 @@ mod tests {
         assert!((moved[0].phase() - (0.4 + 2.0 * 0.9)).abs() < 1e-15);
         let sped = pair.with_frequency(0.7).expect("a frequency");
         assert_eq!(sped.frequency(), Some(0.7));
-        assert_eq!(sped.parts()[0].frequency(), Some(1.4));
+        assert_eq!(sped.parts().next().expect("one").frequency(), Some(1.4));
     }
 }

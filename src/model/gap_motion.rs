@@ -73,6 +73,17 @@ impl GapMotion {
         )
     }
 
+    /// The value at a time by itself, with the mean: where a signal ends, that of its last piece.
+    pub fn value_at(&self, at: Moment) -> f64 {
+        let end = self.signal.as_ref().map(|(_, signal)| signal.span().1);
+        let since = if end == Some(at.time) {
+            at.time.next_down()
+        } else {
+            at.since
+        };
+        self.along(Moment { since, ..at })[0]
+    }
+
     /// The longest step along which the quintic through value, slope and curvature at both ends is off by no more than an error; infinite
     /// where it does not turn.
     pub fn quintic_step(&self, allowed: f64) -> f64 {

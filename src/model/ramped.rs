@@ -279,7 +279,7 @@ pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result
     };
     let parts = scene.forcing().parts();
     let forcing = if drift.turns_into_signals() {
-        let parts = parts.into_iter().map(|part| sweep.forcing(part));
+        let parts = parts.map(|part| sweep.forcing(part));
         let parts = parts.collect::<Result<Vec<_>>>()?;
         Forcing::Several(parts.into_iter().flatten().collect())
     } else {

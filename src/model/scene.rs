@@ -16,6 +16,7 @@ use crate::model::stop_motion::StopMotion;
 use crate::model::system::System;
 use crate::model::turns::nearest_turn;
 use nalgebra::DVector;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -75,9 +76,8 @@ impl Scene {
 
     fn check_forcing(&self) -> Result<()> {
         let n = self.n_dof();
-        let parts = self.forcing.parts();
-        parts
-            .into_iter()
+        self.forcing
+            .parts()
             .try_for_each(|part| self.check_part(part, n))
     }
 
@@ -266,13 +266,14 @@ impl Scene {
     }
 
     /// All that changes with time: the forcing, then the motions of stops in their order.
-    pub(super) fn moving(&self) -> Forcing {
+    pub(super) fn moving(&self) -> Cow<'_, Forcing> {
         if !self.has_moving_stops() {
-            return self.forcing.clone();
+            return Cow::Borrowed(&self.forcing);
         }
         let stops = self.stops.iter().filter_map(Constraint::motion);
         let stops = stops.map(|motion| motion.as_forcing().clone());
-        Forcing::Several(std::iter::once(self.forcing.clone()).chain(stops).collect())
+        let all = std::iter::once(self.forcing.clone()).chain(stops);
+        Cow::Owned(Forcing::Several(all.collect()))
     }
 
     /// The same scene with all that changes with time changed together.
@@ -386,7 +387,7 @@ impl Scene {
             let at = Moment::new(t, turns + self.turned_phase(), frequency);
             let motions = self.excitation().stops;
             for (gap, motion) in gaps.iter_mut().zip(&motions) {
-                *gap += motion.as_ref().map_or(0.0, |motion| motion.along(at)[0]);
+                *gap += motion.as_ref().map_or(0.0, |motion| motion.value_at(at));
             }
         }
         Ok(gaps)

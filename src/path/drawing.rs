@@ -1,7 +1,7 @@
 //! Where a motion is drawn, and the motion there.
 
 use crate::error::{Error, Result};
-use crate::modal::Form;
+use crate::modal::{Form, rate_bound};
 use crate::observer::is_broken_off;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, Point};
@@ -118,7 +118,7 @@ impl Path {
                 .flat_map(|b| b.roots())
                 .map(|l| l.im.abs())
                 .fold(0.0, f64::max),
-            Form::Dense(m) => m.norm(),
+            Form::Dense(matrix) => rate_bound(matrix),
         };
         let rate = free.max(modal.rotations.fastest());
         if rate > 0.0 {

@@ -1,7 +1,7 @@
 //! The rates that set how densely a kept motion is drawn: parts that have died out do not count.
 
 use crate::flow::ModalScene;
-use crate::modal::{Block, Form};
+use crate::modal::{Block, Form, rate_bound};
 use crate::path::evaluator::Evaluator;
 
 /// Decay, as an exponent, after which nothing is left of a part of the motion beside its own first size: `e^-45 < 3e-20`.
@@ -51,7 +51,7 @@ impl Rates {
     pub fn without(form: &Form, scene: &ModalScene, is_left_out: impl Fn(&Block) -> bool) -> Self {
         let lasting = (f64::INFINITY, scene.rotations.fastest());
         match form {
-            Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, matrix.norm())]),
+            Form::Dense(matrix) => Self::of(vec![lasting, (f64::INFINITY, rate_bound(matrix))]),
             Form::Blocks(blocks) => {
                 let counted = blocks.iter().filter(|block| !is_left_out(block));
                 let roots = counted.flat_map(|block| block.roots());

@@ -1,12 +1,23 @@
 //! Arguments that are called otherwise elsewhere: a constructor or function answers with the name that exists here.
 
 use pyo3::PyClass;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 /// What an argument is called in other programs and texts, and what here; the first of these that is taken is meant.
-const ELSEWHERE: [(&[&str], &[&str]); 22] = [
+const ELSEWHERE: [(&[&str], &[&str]); 36] = [
+    (
+        &[
+            "force",
+            "forces",
+            "f0",
+            "load",
+            "drive",
+            "forcing_amplitude",
+        ],
+        &["forcing_scale"],
+    ),
     (
         &["m", "masses", "mass_matrix"],
         &["mass", "masses", "mass_ratio"],
@@ -62,6 +73,47 @@ const ELSEWHERE: [(&[&str], &[&str]); 22] = [
         &["param", "parameter", "name", "values", "range", "par"],
         &["axis", "x", "parameter", "between", "parameters"],
     ),
+    (
+        &["transient", "settle", "discard", "warmup"],
+        &["skip", "transient"],
+    ),
+    (&["period", "periods", "m"], &["n_periods", "periods"]),
+    (
+        &[
+            "n_workers",
+            "threads",
+            "n_jobs",
+            "pool",
+            "executor",
+            "client",
+        ],
+        &["workers"],
+    ),
+    (&["modes", "n"], &["n_modes"]),
+    (
+        &["x", "positions", "displacement", "displacements", "pos"],
+        &["q", "position"],
+    ),
+    (
+        &["xdot", "dq", "velocities", "speed", "vel"],
+        &["v", "velocity"],
+    ),
+    (&["time", "times", "ts"], &["t"]),
+    (
+        &["multipliers", "eigenvalues", "floquet", "floquet_exponents"],
+        &["floquet_multipliers", "multipliers"],
+    ),
+    (&["stable"], &["is_stable"]),
+    (&["admissible", "valid"], &["is_admissible"]),
+    (
+        &["specials", "special_points", "bifurcations", "specialpoint"],
+        &["special"],
+    ),
+    (
+        &["parameters", "value", "values", "param", "p"],
+        &["parameter"],
+    ),
+    (&["events", "hits", "collisions", "contacts"], &["impacts"]),
 ];
 
 /// The name here of what is called so elsewhere, among the names of some arguments.
@@ -75,7 +127,8 @@ pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
 }
 
 /// The numbers of a scene.
-const OF_SCENES: [&str; 5] = [
+const OF_SCENES: [&str; 6] = [
+    "forcing_scale",
     "frequency",
     "phase",
     "clearance",
@@ -96,6 +149,24 @@ pub(crate) fn unknown(of: &str, given: &str, names: &[&str]) -> String {
         Some(here) => format!("{of} has no {given}: it is called {here} here (of {all})"),
         None => format!("{of} has no {given}: it has {all}"),
     }
+}
+
+/// What a result answers that is asked for an attribute which it has not: with the name here, or with all that it has.
+pub(crate) fn no_attribute(of: &Bound<'_, PyAny>, given: &str) -> PyErr {
+    let class = of.get_type();
+    let name = class
+        .name()
+        .map_or_else(|_| "this".to_owned(), |name| name.to_string());
+    if given.starts_with('_') {
+        return PyAttributeError::new_err(format!("{name} has no {given}"));
+    }
+    let listed = class
+        .as_any()
+        .dir()
+        .and_then(|names| names.extract::<Vec<String>>());
+    let mut names = listed.unwrap_or_default();
+    names.retain(|name| !name.starts_with('_'));
+    PyAttributeError::new_err(_unknown(&name, given, names))
 }
 
 /// What Python's functions answer an unknown name with.
@@ -151,5 +222,10 @@ fn explained(
             return Ok(PyTypeError::new_err(unknown(of, &given, &names)));
         }
     }
-    Ok(PyTypeError::new_err(format!("{of}(){rest}")))
+    let taken = if rest.contains("takes") {
+        format!(": {}", all.join(", "))
+    } else {
+        String::new()
+    };
+    Ok(PyTypeError::new_err(format!("{of}(){rest}{taken}")))
 }

@@ -3,6 +3,7 @@
 use crate::observer::stop_if;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
 use crate::path::Stretch;
+use crate::python::answered::no_attribute;
 use crate::python::array::{out_complex, out_matrix, out_vector, times};
 use crate::python::model::{PyScene, normal};
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
@@ -580,6 +581,10 @@ impl PyOrbit {
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         html(slf.as_any(), "orbit")
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
+        Err(no_attribute(slf.as_any(), name))
     }
 
     pub fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

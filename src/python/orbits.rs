@@ -2,6 +2,7 @@
 
 use crate::model::Parameter;
 use crate::orbit::{self, Family, FreeParameter, OrbitOptions, Orbits, Verdict};
+use crate::python::answered::no_attribute;
 use crate::python::array::out_matrix;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
@@ -115,6 +116,10 @@ impl PyOrbits {
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         html(slf.as_any(), "orbits")
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
+        Err(no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::impact::Impact;
 use crate::model::{Parameter, Scene};
 use crate::orbit::Pattern;
+use crate::python::answered::called_here;
 use crate::python::array::{out_matrix, rows, times, vector};
 use crate::python::model::PyScene;
 use crate::python::named::amplitude_given;
@@ -64,9 +65,9 @@ pub(super) fn axis(
         let factors = values.iter().map(|amplitude| amplitude / given);
         return Ok(Axis::new(Parameter::ForcingScale, factors));
     }
-    let parameter: Parameter = name
-        .parse()
-        .map_err(|e: crate::Error| PyValueError::new_err(format!("{argument}: {e}")))?;
+    let parameter: Parameter = name.parse().map_err(|e: crate::Error| {
+        PyValueError::new_err(format!("{argument}: {e}{}", called_here(name)))
+    })?;
     Ok(Axis::new(parameter, values))
 }
 

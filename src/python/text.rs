@@ -9,11 +9,15 @@ const ENTRIES: usize = 6;
 /// Characters of a value that a message has room for.
 const CHARACTERS: usize = 160;
 
-/// A value as Python writes it, the middle of long ones left out.
+/// A value as Python writes it, the middle of long ones left out; one of many lines by its type.
 pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
     let text = value
         .repr()
         .map_or_else(|_| "this value".to_owned(), |r| r.to_string());
+    if text.contains('\n') {
+        let of = value.get_type().name();
+        return of.map_or_else(|_| "this value".to_owned(), |of| format!("of type {of}"));
+    }
     let count = text.chars().count();
     if count <= CHARACTERS {
         return text;

@@ -2,6 +2,7 @@
 
 use crate::model::Parameter;
 use crate::observer::stop_if;
+use crate::python::answered::no_attribute;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::derivative::OfRun;
 use crate::python::model::{PyScene, normal};
@@ -649,6 +650,10 @@ impl PyTrajectory {
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         html(slf.as_any(), "trajectory")
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
+        Err(no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self) -> String {

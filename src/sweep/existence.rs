@@ -61,7 +61,7 @@ const EMPTY: ExistenceCell = ExistenceCell {
     multiplier: f64::NAN,
 };
 
-/// Where in a plane of two parameters a pattern has periodic orbits. Arrays have the shape (y.len(), x.len()), row by row.
+/// Where in a plane of two parameters a pattern has periodic orbits. Arrays have the shape `(y.len(), x.len())`, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExistenceMap {
     /// What x is, where it is a parameter of the scene.

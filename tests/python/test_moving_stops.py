@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from scipy.interpolate import PPoly
+from scipy.interpolate import CubicHermiteSpline, PPoly
 
 import vibroimpact as vi
 
@@ -364,3 +364,13 @@ def test_what_is_no_motion_of_a_stop_is_refused(motion, error, message):
         return
     with pytest.raises(error, match=message):
         vi.Stop(0, 1.0, 0.5, motion=motion)
+
+
+def test_where_the_motion_of_a_stop_ends_its_gap_does_not_jump():
+    closing = CubicHermiteSpline([0.0, 1.0, 3.0, 6.0], [0.0, 0.0, -3e-3, -3e-3], np.zeros(4))
+    stop = vi.Stop(0, 4e-3, 0.6, motion=closing)
+    scene = vi.Scene(vi.LinearSystem(0.5, 1.0, 450.0), vi.Harmonic([0.8], 28.0), stop)
+    run = vi.simulate(scene, 0.0, 0.0, (0.0, 6.0))
+    near, end = run.gap(0, [6.0 - 1e-9, 6.0])
+    assert abs(end - near) < 1e-9
+    assert abs(end - (1e-3 - run.position(6.0)[0])) < 1e-15

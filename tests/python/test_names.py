@@ -123,3 +123,65 @@ def test_other_errors_of_a_call_stay_as_they_are():
 def test_functions_keep_their_signatures_and_can_be_sent():
     assert str(inspect.signature(vi.simulate)).startswith("(scene, q0, v0, t_span, *,")
     assert pickle.loads(pickle.dumps(vi.simulate)) is vi.simulate
+
+
+@pytest.fixture(scope="module")
+def things():
+    orbit = vi.periodic_orbits(SCENE, [0])[0]
+    run = vi.simulate(SCENE, [0.0], [0.0], (0, 5))
+    return {"orbit": orbit, "run": run, "branch": vi.continuation(orbit, "frequency", (2.3, 2.5), max_points=2), "scene": SCENE}
+
+
+@pytest.mark.parametrize(
+    ("thing", "given", "said"),
+    [
+        ("orbit", "multipliers", "Orbit has no multipliers: it is called floquet_multipliers here"),
+        ("orbit", "stable", "it is called is_stable here"),
+        ("run", "time", r"Trajectory has no time: it is called t here \(of acceleration, along, "),
+        ("run", "x", "it is called q here"),
+        ("branch", "specials", "Branch has no specials: it is called special here"),
+        ("branch", "values", "it is called parameter here"),
+        ("scene", "colour", "Scene has no colour: it has .*forcing, .*stops, "),
+    ],
+)
+def test_an_attribute_from_elsewhere_is_answered_with_the_one_here(things, thing, given, said):
+    with pytest.raises(AttributeError, match=said):
+        getattr(things[thing], given)
+    assert not hasattr(things[thing], "__array__")
+
+
+def test_names_of_the_modules_are_answered_with_those_that_are_near():
+    with pytest.raises(AttributeError, match="has no attribute 'lyapunov'; is lyapunov_exponents meant"):
+        vi.lyapunov  # noqa: B018
+    with pytest.raises(AttributeError, match=r"'phase_plane'; is .*phase_portrait.* meant"):
+        vi.plot.phase_plane  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no attribute 'xyzzy'$"):
+        vi.xyzzy  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda orbit: vi.continuation(orbit, "force", (0.5, 2.0)),
+        lambda orbit: vi.bifurcation_diagram(SCENE, ("force", [1.0, 2.0])),
+        lambda orbit: vi.existence_map(SCENE, [0], ("force", [1.0]), ("clearance", [1.0])),
+    ],
+)
+def test_a_force_is_a_factor_everywhere(things, call):
+    with pytest.raises(ValueError, match="it is called forcing_scale here"):
+        call(things["orbit"])
+
+
+def test_a_factor_out_of_range_says_what_it_counts_from(things):
+    with pytest.raises(ValueError, match="the orbit is at 1, for a factor counts from the scene of the orbit"):
+        vi.continuation(things["orbit"], "forcing_scale", (5.0, 12.0))
+
+
+def test_what_has_many_lines_is_said_by_its_type(things):
+    with pytest.raises(TypeError, match="orbit is of type Branch, but an Orbit is needed"):
+        vi.continuation(things["branch"], "frequency", (2.3, 2.5))
+
+
+def test_arguments_by_place_are_listed():
+    with pytest.raises(TypeError, match=r"^Load\(\) takes 2 positional arguments.*: direction, signal"):
+        vi.Load(0, [0.0, 1.0], [0.0, 1.0])

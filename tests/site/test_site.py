@@ -145,7 +145,8 @@ PICTURES = """async () => {
 OVERHANG = """() => {
     const wide = document.documentElement.scrollWidth > document.documentElement.clientWidth;
     const cut = [...document.querySelectorAll('article :is(h1, h2, h3, p, li)')].filter(
-        (text) => text.clientWidth && text.scrollWidth > text.clientWidth + 1 && !text.closest('table, pre, .pst-scrollable-table-container'));
+        (text) => text.clientWidth && text.scrollWidth > text.clientWidth + 1
+            && !text.closest('table, pre, .pst-scrollable-table-container'));
     return (wide ? ['the page'] : []).concat(cut.map((text) => text.textContent.slice(0, 60)));
 }"""
 

@@ -10,6 +10,10 @@ try:
 except ImportError as _error:
     raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
 
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Never as _Never
+
+from vibroimpact._calls import no_name as _no_name
 from vibroimpact.plot.animation import animate
 from vibroimpact.plot.basins import basins
 from vibroimpact.plot.branch import branch
@@ -50,3 +54,10 @@ __all__ = [
     "sweep",
     "time_history",
 ]
+
+
+if not _TYPE_CHECKING:  # to which an unknown name is an error
+
+    def __getattr__(name: str) -> _Never:
+        """Answer with the names that are near."""
+        raise _no_name(__name__, name, __all__)

@@ -48,8 +48,8 @@ def bifurcation_diagram(diagram: BifurcationDiagram, ax: Axes | None = None, *, 
     >>> vi.plot.bifurcation_diagram(diagram).get_xlabel()
     'forcing_scale [-]'
     """
+    require(diagram, "speed_before", "diagram must be the result of vibroimpact.bifurcation_diagram")
     require(diagram, "n_periods", "diagram must be the result of vibroimpact.bifurcation_diagram")
-    require(diagram, "index", "diagram must be the result of vibroimpact.bifurcation_diagram")
     if isinstance(along, str):
         if along != "speed_before":
             raise ValueError(f'along must be an index, a direction or "speed_before", got {along!r}')

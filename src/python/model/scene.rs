@@ -4,7 +4,7 @@ use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
 use crate::observer::stop_if;
-use crate::python::answered::{answered, called_here};
+use crate::python::answered::{answered, called_here, no_attribute};
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::model::bad;
 use crate::python::model::base_motion::amplitudes;
@@ -340,6 +340,10 @@ impl PyScene {
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         html(slf.as_any(), "scene")
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
+        Err(no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
