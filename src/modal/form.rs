@@ -324,7 +324,7 @@ pub(crate) fn rate_bound(matrix: &DMatrix<f64>) -> f64 {
     if rate == 0.0 {
         return 0.0;
     }
-    let unit = |i: usize| if i % 2 == 0 { rate } else { 1.0 };
+    let unit = |i: usize| [rate, 1.0][i % 2];
     DMatrix::from_fn(2 * n, 2 * n, |i, j| matrix[(i, j)] * unit(i) / unit(j)).norm()
 }
 

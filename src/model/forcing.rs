@@ -127,20 +127,12 @@ impl<'a> Iterator for Parts<'a> {
 
     fn next(&mut self) -> Option<&'a Forcing> {
         loop {
-            let one = match self.first.take() {
-                Some(first) => first,
-                None => match self.open.last_mut()?.next() {
-                    Some(one) => one,
-                    None => {
-                        self.open.pop();
-                        continue;
-                    }
-                },
-            };
-            match one {
-                Forcing::Unforced => {}
-                Forcing::Several(forcings) => self.open.push(forcings.iter()),
-                one => return Some(one),
+            let own = self.first.take();
+            match own.or_else(|| self.open.last_mut()?.next()) {
+                Some(Forcing::Unforced) => {}
+                Some(Forcing::Several(forcings)) => self.open.push(forcings.iter()),
+                Some(one) => return Some(one),
+                None => drop(self.open.pop()?),
             }
         }
     }
