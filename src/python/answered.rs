@@ -166,7 +166,8 @@ pub(crate) fn no_attribute(of: &Bound<'_, PyAny>, given: &str) -> PyErr {
         .and_then(|names| names.extract::<Vec<String>>());
     let mut names = listed.unwrap_or_default();
     names.retain(|name| !name.starts_with('_'));
-    PyAttributeError::new_err(_unknown(&name, given, names))
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    PyAttributeError::new_err(unknown(&name, given, &names))
 }
 
 /// What Python's functions answer an unknown name with.
