@@ -85,8 +85,8 @@ pub(super) fn check_range(name: &str, (low, high): (f64, f64), start: f64) -> Re
         return Err(Error::bad_value(name, value, rule));
     }
     if !(low..=high).contains(&start) {
-        let of = if name.ends_with("_scale") {
-            ", for a factor counts from the scene of the orbit"
+        let of = if start == 1.0 {
+            " (a factor is 1 in the orbit's own scene)"
         } else {
             ""
         };

@@ -151,7 +151,7 @@ def test_an_attribute_from_elsewhere_is_answered_with_the_one_here(things, thing
 
 
 def test_names_of_the_modules_are_answered_with_those_that_are_near():
-    with pytest.raises(AttributeError, match="has no attribute 'lyapunov'; is lyapunov_exponents meant"):
+    with pytest.raises(AttributeError, match="has no attribute 'lyapunov'; is LyapunovExponents or lyapunov_exponents meant"):
         vi.lyapunov  # noqa: B018
     with pytest.raises(AttributeError, match=r"'phase_plane'; is .*phase_portrait.* meant"):
         vi.plot.phase_plane  # noqa: B018
@@ -173,7 +173,7 @@ def test_a_force_is_a_factor_everywhere(things, call):
 
 
 def test_a_factor_out_of_range_says_what_it_counts_from(things):
-    with pytest.raises(ValueError, match="the orbit is at 1, for a factor counts from the scene of the orbit"):
+    with pytest.raises(ValueError, match=r"the orbit is at 1 \(a factor is 1 in the orbit's own scene\)"):
         vi.continuation(things["orbit"], "forcing_scale", (5.0, 12.0))
 
 

@@ -10,10 +10,10 @@ try:
 except ImportError as _error:
     raise ImportError('vibroimpact.plot needs matplotlib: pip install "vibroimpact[plot]"') from _error
 
+import difflib as _difflib
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Never as _Never
 
-from vibroimpact._calls import no_name as _no_name
 from vibroimpact.plot.animation import animate
 from vibroimpact.plot.basins import basins
 from vibroimpact.plot.branch import branch
@@ -60,4 +60,6 @@ if not _TYPE_CHECKING:  # to which an unknown name is an error
 
     def __getattr__(name: str) -> _Never:
         """Answer with the names that are near."""
-        raise _no_name(__name__, name, __all__)
+        near = [own for own in __all__ if name in own or own in name] or _difflib.get_close_matches(name, __all__, 3, 0.5)
+        meant = f"; is {' or '.join(near[:3])} meant?" if near else ""
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}", name=name)
