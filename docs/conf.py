@@ -53,7 +53,7 @@ html_favicon = html_logo = "_static/icon.svg"
 html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
 html_copy_source = False
-html_sidebars = {"*": []}  # pages without pages below them
+html_sidebars = {name: [] for name in ("*", "howto/*", "report/*")}  # the width is for code and tables
 html_theme_options = {
     "logo": {"text": "vibroimpact"},
     "navigation_with_keys": False,
