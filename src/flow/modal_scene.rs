@@ -7,6 +7,7 @@ use crate::flow::scene_flow::{SceneFlow, modal_flow};
 use crate::modal::{Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
 use nalgebra::{Complex, DVector};
+use std::convert::Infallible;
 use std::sync::Arc;
 
 /// The machinery of a linear scene.
@@ -36,6 +37,31 @@ pub(crate) struct ModalScene {
     pub frequency: f64,
 }
 
+/// What the stops of a scene are to its modes.
+struct ModalContacts {
+    geometry: Arc<ContactGeometry>,
+    position_rows: Arc<Vec<Vec<Pair>>>,
+    velocity_rows: Arc<Vec<Vec<Pair>>>,
+    jumps: Arc<Vec<Vec<Pair>>>,
+}
+
+impl ModalContacts {
+    fn new(system: &LinearSystem, form: &ModalForm, scene: &Scene) -> Self {
+        let geometry = ContactGeometry::new(system, scene);
+        let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
+            Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
+        };
+        let normal = |i: usize| geometry.normals.column(i).into_owned();
+        let reaction = |i: usize| geometry.reactions.column(i).into_owned();
+        Self {
+            position_rows: each(&|i| form.position_row(&normal(i))),
+            velocity_rows: each(&|i| form.velocity_row(&normal(i))),
+            jumps: each(&|i| form.velocity_jump(&reaction(i))),
+            geometry: Arc::new(geometry),
+        }
+    }
+}
+
 impl ModalScene {
     /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
@@ -45,13 +71,9 @@ impl ModalScene {
     pub(super) fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
         let system = scene.linear_system(purpose)?;
         let form = ModalForm::of(system)?;
-        let geometry = ContactGeometry::new(system, scene);
-        let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
-            Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
-        };
-        let position_rows = each(&|i| form.position_row(&geometry.normals.column(i).into_owned()));
-        let velocity_rows = each(&|i| form.velocity_row(&geometry.normals.column(i).into_owned()));
-        let jumps = each(&|i| form.velocity_jump(&geometry.reactions.column(i).into_owned()));
+        let Ok(contacts) = scene
+            .contacts()
+            .or_made(|| Ok::<_, Infallible>(ModalContacts::new(system, &form, scene)));
         let excitation = scene.excitation().turned(phase);
         let n = system.n_dof();
         let load = form.load(system, &excitation.constant(n));
@@ -78,10 +100,10 @@ impl ModalScene {
         Ok(Self {
             system: Arc::clone(system),
             form,
-            geometry: Arc::new(geometry),
-            position_rows,
-            velocity_rows,
-            jumps,
+            geometry: Arc::clone(&contacts.geometry),
+            position_rows: Arc::clone(&contacts.position_rows),
+            velocity_rows: Arc::clone(&contacts.velocity_rows),
+            jumps: Arc::clone(&contacts.jumps),
             load,
             force,
             higher,

@@ -35,6 +35,8 @@ pub struct Scene {
     stops: Vec<Constraint>,
     /// What runs by exact flights need of it.
     derived: Derived,
+    /// What follows from its system and its stops alone, their motions apart.
+    contacts: Derived,
     /// What drifts along a run otherwise than by signals.
     laws: Option<Arc<Laws>>,
 }
@@ -65,6 +67,7 @@ impl Scene {
             forcing: forcing.into(),
             stops: stops.into_iter().map(Into::into).collect(),
             derived: Derived::default(),
+            contacts: Derived::default(),
             laws: None,
         };
         scene.check_forcing()?;
@@ -451,6 +454,16 @@ impl Scene {
             derived: Derived::default(),
             ..self.clone()
         };
+        let is_of_motion_alone = matches!(
+            change,
+            Change::Frequency(_)
+                | Change::Phase(_)
+                | Change::FundamentalPhase(_)
+                | Change::ForcingScale(_)
+        );
+        if !is_of_motion_alone {
+            copy.contacts = Derived::default();
+        }
         match change {
             Change::System(system) => return Self::new(system, copy.forcing, copy.stops),
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
@@ -474,6 +487,11 @@ impl Scene {
             }
         }
         Ok(copy)
+    }
+
+    /// The place of what is made once of its system and its stops, their motions apart.
+    pub(crate) fn contacts(&self) -> &Derived {
+        &self.contacts
     }
 
     /// The place of what is made of the scene once.
