@@ -18,6 +18,8 @@ const MOST_HALVINGS: usize = 60;
 const LANDED: f64 = 1e-4;
 /// A boundary is known when it lies between points no farther apart than this, in arclength.
 const KNOWN: f64 = 1e-11;
+/// How much farther from where a boundary was expected it is looked for each time.
+const FARTHER: f64 = 16.0;
 
 /// What lies on both sides of a boundary on a step: the point nearest to it on the side of the step's beginning, the orbit on the other.
 pub(super) struct Boundary {
@@ -38,22 +40,25 @@ pub(super) fn is_broken(orbit: &PeriodicOrbit) -> bool {
 pub(super) fn located(
     family: &Family<'_>,
     from: &Point,
-    (step, value, other): (f64, f64, PeriodicOrbit),
+    step: f64,
+    (there, other): (&Place, PeriodicOrbit),
 ) -> Result<Boundary> {
     let was_broken = is_broken(&from.orbit);
     let (mut low, mut high) = (0.0, step);
-    let (mut before, mut behind) = (from.place.value, value);
+    let (mut before, mut behind) = (from.place.value, there.value);
+    let root = expected(family, from, step, (there, &other))?;
     let mut found = Boundary {
         last: None,
         other,
         width: 0.0,
         left: None,
     };
+    let mut beside = [0.25 * KNOWN; 2];
     for _ in 0..MOST_HALVINGS {
         if high - low <= KNOWN {
             break;
         }
-        let middle = 0.5 * (low + high);
+        let middle = aimed(root, [low, high], &mut beside);
         let there: Attempt<Settled> = step_to(family, from.foot(), Target::Length(middle));
         let Ok(settled) = there? else {
             found.left = Some(high - low);
@@ -69,12 +74,7 @@ pub(super) fn located(
     }
     found.width = (before - behind).abs();
     let kept = found.last.as_ref().map_or(&from.orbit, |(_, orbit)| orbit);
-    let pair = if was_broken {
-        (kept, &found.other)
-    } else {
-        (&found.other, kept)
-    };
-    let breach = breach_kind(pair.0, pair.1, family.units.velocity);
+    let breach = between(family, [kept, &found.other]);
     let Some(BreachKind {
         kind, stop, time, ..
     }) = breach
@@ -97,6 +97,80 @@ pub(super) fn located(
         found.width = LANDED * family.span();
     }
     Ok(found)
+}
+
+/// What the boundary is between two orbits, of which one breaks a rule.
+fn between(family: &Family<'_>, [one, other]: [&PeriodicOrbit; 2]) -> Option<BreachKind> {
+    let (broken, kept) = if is_broken(one) {
+        (one, other)
+    } else {
+        (other, one)
+    };
+    breach_kind(broken, kept, family.units.velocity)
+}
+
+/// Where on a step a boundary is expected, by what is zero there: the speed of an impact, the gap at a touch.
+fn expected(
+    family: &Family<'_>,
+    from: &Point,
+    step: f64,
+    (there, other): (&Place, &PeriodicOrbit),
+) -> Result<Option<f64>> {
+    let Some(breach) = between(family, [&from.orbit, other]) else {
+        return Ok(None);
+    };
+    let (stop, time) = (breach.stop, breach.time);
+    let begin = from.place.state.times[0];
+    let number = |place: &Place, orbit: Option<&PeriodicOrbit>| -> Result<Option<f64>> {
+        match breach.kind {
+            SpecialKind::LostImpact => {
+                let struck = family.instant_of(&from.place, (stop, begin + time));
+                struck.map(|k| family.approach(place, k)).transpose()
+            }
+            SpecialKind::Graze => match orbit {
+                Some(orbit) => orbit.least_gap_near(stop, time),
+                None => family.orbit(place)?.least_gap_near(stop, time),
+            },
+            _ => Ok(None),
+        }
+    };
+    let ends = (
+        number(&from.place, Some(&from.orbit))?,
+        number(there, Some(other))?,
+    );
+    let (Some(before), Some(after)) = ends else {
+        return Ok(None);
+    };
+    if before * after >= 0.0 {
+        return Ok(None);
+    }
+    let mut point = |along: f64| {
+        let Ok(settled) = step_to(family, from.foot(), Target::Length(along))? else {
+            return Ok(None);
+        };
+        let value = number(&settled.place, None)?;
+        Ok(value.map(|value| Tried {
+            parameter: settled.place.value,
+            value,
+            point: (),
+        }))
+    };
+    let zero = zero_between([step, before, after], family.span(), &mut point)?;
+    Ok(zero.map(|zero| zero.along))
+}
+
+/// Where between two ends to look next: beside the place that is expected, on the side of the farther end, each time farther from it; in the
+/// middle where none is, or no more.
+fn aimed(root: Option<f64>, [low, high]: [f64; 2], beside: &mut [f64; 2]) -> f64 {
+    let aimed = root.map(|root| {
+        let side = usize::from(root - low < high - root);
+        let off = beside[side];
+        beside[side] *= FARTHER;
+        if side == 0 { root - off } else { root + off }
+    });
+    aimed
+        .filter(|along| low < *along && *along < high)
+        .unwrap_or(0.5 * (low + high))
 }
 
 /// Where a number of a loop is zero on a step, or on as long a one before it, where rules are broken by less than is seen; and how far that is

@@ -7,13 +7,16 @@ use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result, digits};
 use crate::hybrid::chatter_map::NO_REST;
 use crate::linalg::rank;
-use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED};
+use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED, ORBIT_MARGIN};
 use nalgebra::DVector;
 
 /// Corrections of one point.
 const MOST_CORRECTIONS: usize = 6;
-/// The last correction is no longer than this.
+/// The last correction is no longer than this; the equations before it are those of the point.
 const SETTLED: f64 = 1e-10;
+/// What is left then is to be below what the rules of contact see, unless corrections come no nearer.
+const SHARP: f64 = 0.1 * ORBIT_MARGIN;
+const NO_SHORTER: f64 = 0.5;
 /// Where a branch is crossed a closed loop is known no better than this.
 const NEARLY: f64 = 1e-6;
 /// Of corrections as short as this the ratio is rounding.
@@ -141,16 +144,48 @@ impl Family<'_> {
                 Err(missed) => return Ok(Err(missed)),
             };
             mismatch = equations.mismatch;
-            let enough = if is_last { NEARLY } else { SETTLED };
-            if mismatch <= ORBIT_CLOSED && last <= enough {
-                let renewed = self.renewed(&place, equations);
-                let equations = match attempted(renewed, place.value)? {
-                    Ok(equations) => equations,
-                    Err(missed) => return Ok(Err(missed)),
+            let right = equations.right.clone().push(-normal.dot(&gone));
+            let Some(by) = solved(&equations, normal, &right) else {
+                break;
+            };
+            let left = by.length();
+            match first {
+                None => first = Some(left),
+                Some(first) if contraction == 0.0 && first > LOUD => contraction = left / first,
+                Some(_) => {}
+            }
+            let is_closed = mismatch <= ORBIT_CLOSED;
+            // As near as it comes where branches cross: it stays there.
+            let is_near = is_last && is_closed && last <= NEARLY;
+            let shorter = (left / last).min(1.0);
+            let is_sharp = mismatch * shorter <= SHARP || shorter > NO_SHORTER || is_last;
+            let is_there = is_closed && left <= SETTLED && is_sharp;
+            last = left;
+            let equations = if is_near || is_there {
+                self.renewed(&place, equations)
+            } else {
+                by_value.get_or_insert_with(|| equations.by_value.clone());
+                Ok(equations)
+            };
+            let moved = equations.and_then(|own| {
+                let there = if is_near && !is_there {
+                    place.clone()
+                } else {
+                    self.moved(&place, &own, &by)?
                 };
+                Ok((there, own))
+            });
+            let (there, equations) = match attempted(moved, place.value)? {
+                Ok(moved) => moved,
+                Err(missed) => return Ok(Err(missed)),
+            };
+            (place, gone) = (there, gone.plus(&by));
+            if is_near || is_there {
                 let Some(tangent) = tangent(&equations, normal) else {
                     break;
                 };
+                // So short a way changes nothing in them.
+                let equations = self.equations_at(&place, equations)?;
                 return Ok(Ok(Settled {
                     place,
                     equations,
@@ -158,22 +193,6 @@ impl Family<'_> {
                     contraction,
                 }));
             }
-            by_value.get_or_insert_with(|| equations.by_value.clone());
-            let right = equations.right.clone().push(-normal.dot(&gone));
-            let Some(by) = solved(&equations, normal, &right) else {
-                break;
-            };
-            last = by.length();
-            match first {
-                None => first = Some(last),
-                Some(first) if contraction == 0.0 && first > LOUD => contraction = last / first,
-                Some(_) => {}
-            }
-            gone = gone.plus(&by);
-            place = match attempted(self.moved(&place, &equations, &by), place.value)? {
-                Ok(place) => place,
-                Err(missed) => return Ok(Err(missed)),
-            };
         }
         Ok(Err(Missed::Stalled {
             value: place.value,

@@ -11,6 +11,7 @@ use crate::orbit::{
     Shooting, ShootingState, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
 
 /// The equations at a place: `rows xi + column pi = right`, pi the parameter in parts of its range.
 #[derive(Clone)]
@@ -20,7 +21,7 @@ pub(super) struct Equations {
     pub right: DVector<f64>,
     /// How far the loop is from closing.
     pub mismatch: f64,
-    scene: Scene,
+    scene: Arc<Scene>,
     /// None of a loop that is followed by its impulses.
     linear: Option<Linearised>,
 }
@@ -111,6 +112,14 @@ impl Family<'_> {
         };
         Ok(Equations {
             by_value,
+            ..equations
+        })
+    }
+
+    /// Equations as those of a place next to theirs.
+    pub fn equations_at(&self, place: &Place, equations: Equations) -> Result<Equations> {
+        Ok(Equations {
+            scene: self.scene(place.value)?,
             ..equations
         })
     }
@@ -306,7 +315,12 @@ impl Family<'_> {
     }
 
     /// A place moved by the parameter alone, to first order.
-    pub fn moved_by_value(&self, place: &Place, equations: &Equations, part: f64) -> Result<Place> {
+    pub fn moved_by_value(
+        &self,
+        place: &Place,
+        (equations, by_value): (&Equations, &ByValue),
+        part: f64,
+    ) -> Result<Place> {
         let by = Direction {
             loop_part: DVector::zeros(equations.rows.ncols()),
             value_part: part,
@@ -314,25 +328,27 @@ impl Family<'_> {
         // Of a place that was moved by another number the equations are not those of its scene.
         let scene = &self.scene(place.value)?;
         let moved = |linear: &Linearised| linear.deviations(&own_part(linear, &by));
-        self.moved_by((place, scene), equations, (&by, &moved))
+        self.moved_by((place, scene), (equations, by_value), (&by, &moved))
     }
 
     /// A place moved by a direction, to first order.
     pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let moved = |linear: &Linearised| linear.corrections(&own_part(linear, by));
-        self.moved_by((place, &equations.scene), equations, (by, &moved))
+        let own = (equations, &equations.by_value);
+        self.moved_by((place, &equations.scene), own, (by, &moved))
     }
 
     /// A place moved by a deviation, to first order: what is not closed stays so.
     pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
         let moved = |linear: &Linearised| linear.deviations(&own_part(linear, by));
-        self.moved_by((place, &equations.scene), equations, (by, &moved))
+        let own = (equations, &equations.by_value);
+        self.moved_by((place, &equations.scene), own, (by, &moved))
     }
 
     fn moved_by(
         &self,
         (place, scene): (&Place, &Scene),
-        equations: &Equations,
+        (equations, by_value): (&Equations, &ByValue),
         (by, moved): (&Direction, &dyn Fn(&Linearised) -> ShootingState),
     ) -> Result<Place> {
         let Some(linear) = &equations.linear else {
@@ -342,7 +358,7 @@ impl Family<'_> {
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
         let closed = place.state.moved(&moved(linear), 1.0);
-        let moved = closed.moved(&equations.by_value.flights, by.value_part);
+        let moved = closed.moved(&by_value.flights, by.value_part);
         self.place(&there, value, stretched(&moved, scene, &there))
     }
 }

@@ -9,7 +9,11 @@ use crate::orbit::{
     with_phase,
 };
 use nalgebra::DVector;
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
+use std::rc::Rc;
+use std::sync::Arc;
 
 /// A range of so small a part of its numbers is measured by these: steps in parts of it would be lost in their rounding.
 const SHORT: f64 = 1e-3;
@@ -30,6 +34,29 @@ pub(super) struct Family<'a> {
     pub energetics: Option<&'a Energetics>,
     /// Whether loops are followed by their impulses.
     pub has_pulses: bool,
+    pub recent: Recent,
+}
+
+/// The scenes made last, with their values and phases: of one several questions are asked. Copies share them.
+#[derive(Clone, Default)]
+pub(super) struct Recent(Rc<RefCell<VecDeque<(f64, f64, Arc<Scene>)>>>);
+
+/// So many are kept.
+const MOST_RECENT: usize = 4;
+
+impl Recent {
+    fn of(&self, value: f64, phase: f64) -> Option<Arc<Scene>> {
+        let known = self.0.borrow();
+        let mut known = known.iter().filter(|own| (own.0, own.1) == (value, phase));
+        known.next().map(|(_, _, scene)| Arc::clone(scene))
+    }
+
+    fn keep(&self, value: f64, phase: f64, scene: Scene) -> Arc<Scene> {
+        let (mut known, scene) = (self.0.borrow_mut(), Arc::new(scene));
+        known.truncate(MOST_RECENT - 1);
+        known.push_front((value, phase, Arc::clone(&scene)));
+        scene
+    }
 }
 
 impl<'a> Family<'a> {
@@ -51,6 +78,7 @@ impl<'a> Family<'a> {
             units,
             energetics: None,
             has_pulses: false,
+            recent: Recent::default(),
         };
         let place = family.place(&scene, value, state)?;
         Ok((family, place))
@@ -73,10 +101,17 @@ impl<'a> Family<'a> {
     }
 
     /// The scene of a value.
-    pub fn scene(&self, value: f64) -> Result<Scene> {
-        let scene = (self.make)(value)?;
+    pub fn scene(&self, value: f64) -> Result<Arc<Scene>> {
+        let scene = match self.recent.of(value, self.phase) {
+            Some(scene) => scene,
+            None => {
+                let scene = (self.make)(value)?;
+                let turned = with_phase(&scene, self.phase, self.signature.depends_on_time)?;
+                self.recent.keep(value, self.phase, turned)
+            }
+        };
         check_landings(&scene, &self.signature.stages)?;
-        with_phase(&scene, self.phase, self.signature.depends_on_time)
+        Ok(scene)
     }
 
     /// The unit of the parameter.

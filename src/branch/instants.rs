@@ -132,7 +132,7 @@ impl Family<'_> {
                 images: None,
                 ..self.signature
             },
-            ..*self
+            ..self.clone()
         };
         let scene = family.scene(value)?;
         let place = family.place(&scene, value, state)?;

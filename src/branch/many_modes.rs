@@ -57,7 +57,7 @@ impl Family<'_> {
 
     /// The equations of loops by their impulses in a scene, if these say all.
     fn pulses(&self, scene: &Scene, period: f64) -> Result<Option<Arc<Pulses>>> {
-        let modal = Arc::new(ModalScene::new(scene, "continuation")?);
+        let modal = ModalScene::of(scene, "continuation")?;
         Ok(Pulses::new(scene, &modal, &self.signature.stages, period).map(Arc::new))
     }
 

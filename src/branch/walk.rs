@@ -220,8 +220,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
     if beyond == Virtual::Stop && is_broken(&orbit) {
-        let value = settled.place.value;
-        let mut found = located(family, from, (way.length(), value, orbit))?;
+        let mut found = located(family, from, way.length(), (&settled.place, orbit))?;
         let end = at_boundary(&found);
         // Where a flight comes to nothing rules are broken by rounding a little before.
         if let Some(met) = meeting(family, (from, &[]), None, 0.0)? {
@@ -278,7 +277,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
 /// The boundary that a branch goes across on a step, where virtual orbits are kept.
 fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Special>> {
     let length = to.arclength - from.arclength;
-    let found = located(family, from, (length, to.place.value, to.orbit.clone()))?;
+    let found = located(family, from, length, (&to.place, to.orbit.clone()))?;
     let (other, width) = (found.other, found.width);
     let at = match found.last {
         Some((settled, orbit)) => {

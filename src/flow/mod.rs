@@ -32,7 +32,7 @@ pub(crate) use dense::DenseFlow;
 pub(crate) use gap_row::Quantity;
 pub(crate) use gap_row::{Derivatives, GapRow};
 pub(crate) use linear::{Carrier, FlowRows, LinearFlow, propagate};
-pub(crate) use modal_scene::{ModalScene, along};
+pub(crate) use modal_scene::{Flown, ModalScene, along};
 pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene_flow::{SceneFlow, with_flow};
 pub(crate) use series_of::{BatchMotion, SeriesOf};

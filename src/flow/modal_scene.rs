@@ -8,7 +8,7 @@ use crate::modal::{Form, ModalForm, Pair, Response};
 use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
 use nalgebra::{Complex, DVector};
 use std::convert::Infallible;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The machinery of a linear scene.
 #[derive(Debug, Clone)]
@@ -35,6 +35,17 @@ pub(crate) struct ModalScene {
     pub excitation: Excitation,
     /// The fundamental frequency, zero without forcing, and where there is no period.
     pub frequency: f64,
+    pub flown: Flown,
+}
+
+/// The flow of a scene, made when it is first asked for. A copy has none, as it may be changed.
+#[derive(Debug, Default)]
+pub(crate) struct Flown(OnceLock<Arc<SceneFlow>>);
+
+impl Clone for Flown {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 /// What the stops of a scene are to its modes.
@@ -66,6 +77,11 @@ impl ModalScene {
     /// The modal form of a linear scene; `purpose` says in an error what needs it linear.
     pub fn new(scene: &Scene, purpose: &str) -> Result<Self> {
         Self::turned(scene, purpose, 0.0)
+    }
+
+    /// The same, made once of each scene.
+    pub fn of(scene: &Scene, purpose: &str) -> Result<Arc<Self>> {
+        scene.modal().or_made(|| Self::new(scene, purpose))
     }
 
     pub(super) fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
@@ -111,6 +127,7 @@ impl ModalScene {
             frequency: excitation.rotations.fundamental,
             rotations: excitation.rotations.clone(),
             excitation,
+            flown: Flown::default(),
         })
     }
 
@@ -214,8 +231,9 @@ impl ModalScene {
     }
 
     /// The flow: forcing split off where no block is near resonance.
-    pub fn flow(&self) -> SceneFlow {
-        modal_flow(&self.form, self.load.clone(), self.drive())
+    pub fn flow(&self) -> Arc<SceneFlow> {
+        let made = || Arc::new(modal_flow(&self.form, self.load.clone(), self.drive()));
+        Arc::clone(self.flown.0.get_or_init(made))
     }
 }
 

@@ -32,7 +32,7 @@ impl TimedScene {
         scene.derived().or_made(|| {
             let modal = ModalScene::turned(scene, purpose, scene.phase())?;
             Ok(Self {
-                flow: Arc::new(modal.flow()),
+                flow: modal.flow(),
                 breaks: modal.excitation.breaks(),
                 modal: Arc::new(modal),
                 held: Mutex::default(),

@@ -37,6 +37,8 @@ pub struct Scene {
     derived: Derived,
     /// What follows from its system and its stops alone, their motions apart.
     contacts: Derived,
+    /// What periodic motions need of it, the phase of its forcing left out.
+    modal: Derived,
     /// What drifts along a run otherwise than by signals.
     laws: Option<Arc<Laws>>,
 }
@@ -68,6 +70,7 @@ impl Scene {
             stops: stops.into_iter().map(Into::into).collect(),
             derived: Derived::default(),
             contacts: Derived::default(),
+            modal: Derived::default(),
             laws: None,
         };
         scene.check_forcing()?;
@@ -252,6 +255,7 @@ impl Scene {
     pub(crate) fn with_angles(&self, of: impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
         let mut copy = Self {
             derived: Derived::default(),
+            modal: Derived::default(),
             ..self.clone()
         };
         copy.with_moving(|all| all.with_angles(&of))?;
@@ -452,6 +456,7 @@ impl Scene {
     pub fn replace(&self, change: Change) -> Result<Self> {
         let mut copy = Self {
             derived: Derived::default(),
+            modal: Derived::default(),
             ..self.clone()
         };
         let is_of_motion_alone = matches!(
@@ -492,6 +497,11 @@ impl Scene {
     /// The place of what is made once of its system and its stops, their motions apart.
     pub(crate) fn contacts(&self) -> &Derived {
         &self.contacts
+    }
+
+    /// The place of its modal form, phase left out.
+    pub(crate) fn modal(&self) -> &Derived {
+        &self.modal
     }
 
     /// The place of what is made of the scene once.

@@ -11,6 +11,8 @@ use crate::tolerance::{SAME_EXTREME, TOUCHED};
 
 /// Steps on one extreme inside its bracket.
 const MOST_STEPS: usize = 80;
+/// A turn near a time is bracketed from so small a part of the flight on, in doublings.
+const NEAR: f64 = 1e-4;
 
 /// A place on an orbit: so far along a flight, in parts of its span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +113,32 @@ impl Extremes {
 }
 
 impl Along<'_> {
+    /// The gap of a stop where it turns from closing to opening next to a time of a flight; none where it does not turn there.
+    pub fn least_gap_near(&self, stop: usize, time: f64) -> Result<Option<f64>> {
+        let contacts = contacts(self.scene);
+        let looks = Looks {
+            along: self,
+            contacts: &contacts,
+        };
+        let flights = self.flights;
+        let flight = flights.partition_point(|own| own.start <= time).max(1) - 1;
+        let own = &flights[flight];
+        let quantity = self.scene.n_dof() + stop;
+        let at = |local: f64| Ok(looks.at(flight, local, quantity)?.map(|x| -x));
+        let (local, mut reach) = ((time - own.start).min(own.span), NEAR * own.span);
+        loop {
+            let ends = [-reach, reach].map(|off| (local + off).clamp(0.0, own.span));
+            let rates = [at(ends[0])?[1], at(ends[1])?[1]];
+            if rates[0] > 0.0 && rates[1] < 0.0 {
+                return Ok(Some(-turn(at, ends, rates)?.1));
+            }
+            if reach >= own.span {
+                return Ok(None);
+            }
+            reach *= 2.0;
+        }
+    }
+
     /// Whether a stop is hit, or held.
     fn is_met(&self, stop: usize) -> bool {
         let mut instants = self.pattern.instants().iter();

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::steps::{Dense, DenseOutput};
-use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, with_flow};
+use crate::flow::{ConstrainedMotion, ModalScene, with_flow};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
@@ -27,15 +27,13 @@ use crate::orbit::verdict::judge::Judge;
 use crate::path::{Evaluator, Path, PathParts};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// What moves an orbit. The states of its flights are modal pairs of the first, pairs `(q_i, v_i)` of the second.
 #[derive(Debug, Clone)]
 pub(crate) enum OrbitMotion {
     Modal {
         modal: Arc<ModalScene>,
-        /// Made when first asked for, and shared by the copies of the orbit.
-        flow: Arc<OnceLock<Arc<SceneFlow>>>,
         /// The motions while stops are held.
         held: Vec<Arc<ConstrainedMotion>>,
     },
@@ -78,11 +76,7 @@ impl OrbitMotion {
     pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
         let stops = flights.iter().map(|flight| flight.mode.stops.as_slice());
         let held = constrained_motions(&modal, stops)?;
-        Ok(Self::Modal {
-            modal,
-            flow: Arc::default(),
-            held,
-        })
+        Ok(Self::Modal { modal, held })
     }
 
     /// The steps of the flights of any scene.
@@ -163,9 +157,9 @@ impl OrbitMotion {
 
     fn evaluator(&self, phase: f64) -> Evaluator {
         match self {
-            Self::Modal { modal, flow, held } => Evaluator::Exact {
+            Self::Modal { modal, held } => Evaluator::Exact {
                 modal: Arc::clone(modal),
-                flow: Arc::clone(flow.get_or_init(|| Arc::new(modal.flow()))),
+                flow: modal.flow(),
                 held: held.clone(),
                 phase,
             },
@@ -178,11 +172,10 @@ impl OrbitMotion {
     /// By how much free flights miss their ends and contacts, relative to the size of the motion, where that is more than rounding
     /// explains.
     pub fn lost(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
-        let Self::Modal { modal, flow, .. } = self else {
+        let Self::Modal { modal, .. } = self else {
             return None;
         };
-        let flow = flow.get_or_init(|| Arc::new(modal.flow()));
-        with_flow!(&**flow, f => Carrier::new(modal, f).lost(pattern, phase, flights))
+        with_flow!(&*modal.flow(), f => Carrier::new(modal, f).lost(pattern, phase, flights))
     }
 
     /// The impacts of a period, instant by instant.

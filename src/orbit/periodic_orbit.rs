@@ -350,17 +350,26 @@ impl PeriodicOrbit {
         Ok(all.iter().map(|own| own.value).collect())
     }
 
-    pub(crate) fn extremes(&self) -> Result<&Extremes> {
-        if let Some(known) = self.extremes.get() {
-            return Ok(known);
-        }
-        let along = Along {
+    /// The gap of a stop where it turns from closing to opening next to a time; none where it does not turn there.
+    pub(crate) fn least_gap_near(&self, stop: usize, time: f64) -> Result<Option<f64>> {
+        self.walked()
+            .least_gap_near(stop, time.rem_euclid(self.period))
+    }
+
+    fn walked(&self) -> Along<'_> {
+        Along {
             scene: &self.scene,
             path: self.path(),
             pattern: &self.pattern,
             flights: &self.flights,
-        };
-        let found = Extremes::new(&along)?;
+        }
+    }
+
+    pub(crate) fn extremes(&self) -> Result<&Extremes> {
+        if let Some(known) = self.extremes.get() {
+            return Ok(known);
+        }
+        let found = Extremes::new(&self.walked())?;
         Ok(self.extremes.get_or_init(|| found))
     }
 

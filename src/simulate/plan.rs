@@ -81,7 +81,7 @@ fn machinery(scene: &Scene) -> Result<String> {
             "closed-form flights by the matrix exponential (the state matrix is defective)"
         }
     };
-    let treated = match modal.flow() {
+    let treated = match *modal.flow() {
         _ if modal.rotations.is_empty() && modal.signals.is_empty() => ": free response",
         SceneFlow::Split(_) => ": its steady response split off",
         SceneFlow::Dense(_) => " in the matrix, enlarged",

@@ -2,7 +2,7 @@
 //! the scene anew. Only complex modes must be made again, for another damping.
 
 use crate::error::Result;
-use crate::flow::ModalScene;
+use crate::flow::{Flown, ModalScene};
 use crate::modal::{Block, Form, Pair};
 use crate::model::{Change, Parameter, Scene};
 use nalgebra::Complex;
@@ -78,6 +78,7 @@ impl<'a> ParametricScene<'a> {
         if self.grows_with_frequency == Some(true) {
             scale *= (frequency / self.base.frequency).powi(2);
         }
+        self.moved.flown = Flown::default();
         self.moved.frequency = frequency;
         self.moved.rotations.fundamental = frequency;
         for motion in self.moved.excitation.stops.iter_mut().flatten() {

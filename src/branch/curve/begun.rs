@@ -1,7 +1,7 @@
 //! Where a curve begins: what holds on it, and the loop of a special point there.
 
 use crate::branch::curve::condition::Condition;
-use crate::branch::curve::plane::{Plane, Spot};
+use crate::branch::curve::plane::{Plane, RecentOfBoth, Spot};
 use crate::branch::family::Family;
 use crate::branch::instants::{period, turned};
 use crate::branch::place::Place;
@@ -80,6 +80,7 @@ pub(super) fn begun<'a>(
         },
     };
     let plane = Plane {
+        recent: RecentOfBoth::default(),
         make,
         between,
         signature: family.signature.clone(),

@@ -5,8 +5,8 @@ use crate::branch::curve::plane::{Conditions, Plane, Spot};
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector};
 
-/// Corrections of one point, and the length of the last.
-const MOST_CORRECTIONS: usize = 8;
+/// Corrections of one point, and the length of the last, after which the conditions are those before it.
+const MOST_CORRECTIONS: usize = 10;
 const SETTLED: f64 = 1e-10;
 
 /// A point of a curve.
@@ -51,25 +51,55 @@ fn tangent(at: &Conditions, border: &DVector<f64>) -> Option<DVector<f64>> {
 }
 
 impl Plane<'_> {
-    /// The point of the curve near a spot on the plane through it that a row is normal to.
+    /// The point of the curve near a spot on the plane through it that a row is normal to. What changes with both numbers, and the condition
+    /// with all unknowns, is taken where the way begins and where it ends.
     pub fn corrected(&self, mut spot: Spot, normal: &DVector<f64>) -> Attempt<Found> {
         let value = |spot: &Spot| spot.place.value;
         let mut gone: DVector<f64> = DVector::zeros(normal.len());
-        let (mut last, mut first) = (f64::INFINITY, None);
+        let (mut first, mut near): (_, Option<Conditions>) = (None, None);
         let mut contraction = 0.0;
         for _ in 0..=MOST_CORRECTIONS {
             if let Some(instant) = met(&spot.place) {
                 let value = value(&spot);
                 return Ok(Err(Missed::Met { value, instant }));
             }
-            let conditions = match attempted(self.conditions(&spot), value(&spot))? {
+            let conditions = match &near {
+                Some(near) => self.conditions_nearby(&spot, near),
+                None => self.conditions(&spot),
+            };
+            let conditions = match attempted(conditions, value(&spot))? {
                 Ok(conditions) => conditions,
                 Err(missed) => return Ok(Err(missed)),
             };
-            if conditions.mismatch <= ORBIT_CLOSED && last <= SETTLED {
+            let right = conditions.right.clone().push(-normal.dot(&gone));
+            let solved = bordered(&conditions, normal).lu().solve(&right);
+            let Some(by) = solved.filter(|by| by.iter().all(|x| x.is_finite())) else {
+                break;
+            };
+            let left = length(&by);
+            match first {
+                None => first = Some(left),
+                Some(first) if contraction == 0.0 && first > 1e-8 => contraction = left / first,
+                Some(_) => {}
+            }
+            let is_there = conditions.mismatch <= ORBIT_CLOSED && left <= SETTLED;
+            let conditions = if is_there {
+                self.conditions(&spot)
+            } else {
+                Ok(conditions)
+            };
+            let moved = conditions.and_then(|own| Ok((self.moved(&spot, &own, &by)?, own)));
+            let conditions;
+            (spot, conditions) = match attempted(moved, value(&spot))? {
+                Ok(moved) => moved,
+                Err(missed) => return Ok(Err(missed)),
+            };
+            gone += &by;
+            if is_there {
                 let Some(tangent) = tangent(&conditions, normal) else {
                     break;
                 };
+                let conditions = self.conditions_at(&spot, conditions)?;
                 return Ok(Ok(Found {
                     spot,
                     conditions,
@@ -77,22 +107,7 @@ impl Plane<'_> {
                     contraction,
                 }));
             }
-            let right = conditions.right.clone().push(-normal.dot(&gone));
-            let solved = bordered(&conditions, normal).lu().solve(&right);
-            let Some(by) = solved.filter(|by| by.iter().all(|x| x.is_finite())) else {
-                break;
-            };
-            last = length(&by);
-            match first {
-                None => first = Some(last),
-                Some(first) if contraction == 0.0 && first > 1e-8 => contraction = last / first,
-                Some(_) => {}
-            }
-            gone += &by;
-            spot = match attempted(self.moved(&spot, &conditions, &by), value(&spot))? {
-                Ok(spot) => spot,
-                Err(missed) => return Ok(Err(missed)),
-            };
+            near.get_or_insert(conditions);
         }
         Ok(Err(Missed::Stalled {
             value: value(&spot),

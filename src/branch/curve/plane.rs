@@ -2,13 +2,14 @@
 
 use crate::branch::boundary::is_broken;
 use crate::branch::curve::condition::Condition;
-use crate::branch::equations::Equations;
-use crate::branch::family::{Family, span_of, stretched};
+use crate::branch::equations::{ByValue, Equations};
+use crate::branch::family::{Family, Recent, span_of, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{PeriodicOrbit, ScaledUnits, Signature};
 use nalgebra::{DMatrix, DVector};
+use std::cell::RefCell;
 
 /// The step of the differences of a condition, in scaled unknowns.
 const STEP: f64 = 6e-6;
@@ -25,6 +26,21 @@ pub(super) struct Plane<'a> {
     pub condition: Condition,
     /// Whether the impact of no speed is not one of the orbits, which touch the stop.
     pub is_touch: bool,
+    pub recent: RecentOfBoth,
+}
+
+/// The scenes made last over each number, while the other has a value.
+#[derive(Default)]
+pub(super) struct RecentOfBoth(RefCell<[(f64, Recent); 2]>);
+
+impl RecentOfBoth {
+    fn beside(&self, axis: usize, other: f64) -> Recent {
+        let known = &mut self.0.borrow_mut()[axis];
+        if known.0 != other {
+            *known = (other, Recent::default());
+        }
+        known.1.clone()
+    }
 }
 
 /// A loop at two numbers.
@@ -44,7 +60,17 @@ pub(super) struct Conditions {
     /// How far the loop is from closing.
     pub mismatch: f64,
     first: Equations,
-    second: Equations,
+    second: ByValue,
+    /// Of the condition, where that is a row beside those of the loop.
+    gradient: Option<Gradient>,
+}
+
+/// How the number that is zero on a curve changes with all unknowns, in parts of the largest of these; the unit in which it was taken.
+#[derive(Clone)]
+struct Gradient {
+    row: DVector<f64>,
+    size: f64,
+    unit: f64,
 }
 
 impl Plane<'_> {
@@ -69,6 +95,7 @@ impl Plane<'_> {
             units: self.units,
             energetics: None,
             has_pulses: false,
+            recent: self.recent.beside(axis, [second, first][axis]),
         })
     }
 
@@ -134,41 +161,85 @@ impl Plane<'_> {
         let second = self.along(1, spot, |family| {
             family.renewed(&over_second, first.clone())
         })?;
+        let bare = self.conditions_of(spot, first, (second.by_value, None))?;
+        let gradient = self.gradient(spot, &bare)?;
+        self.conditions_of(spot, bare.first, (bare.second, gradient))
+    }
+
+    /// The same with what changes with both numbers, and with the condition, as it is at a spot nearby.
+    pub fn conditions_nearby(&self, spot: &Spot, near: &Conditions) -> Result<Conditions> {
+        let first = self.along(0, spot, |family| {
+            family.equations_nearby(&spot.place, &near.first.by_value)
+        })?;
+        self.conditions_of(spot, first, (near.second.clone(), near.gradient.clone()))
+    }
+
+    /// Conditions as those of a spot next to theirs.
+    pub fn conditions_at(&self, spot: &Spot, conditions: Conditions) -> Result<Conditions> {
+        let Conditions { first, .. } = conditions;
+        let first = self.along(0, spot, |family| family.equations_at(&spot.place, first))?;
+        Ok(Conditions {
+            first,
+            ..conditions
+        })
+    }
+
+    fn conditions_of(
+        &self,
+        spot: &Spot,
+        first: Equations,
+        (second, gradient): (ByValue, Option<Gradient>),
+    ) -> Result<Conditions> {
         let last = first.rows.ncols();
         let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
-        matrix.set_column(last + 1, &second.by_value.column);
-        let mut found = Conditions {
-            right: first.right.clone(),
-            mismatch: first.mismatch,
+        matrix.set_column(last + 1, &second.column);
+        let mut right = first.right.clone();
+        if let Some(Gradient { row, size, unit }) = &gradient
+            && let Some(value) = self.value(spot, *unit)?
+        {
+            let below = matrix.nrows();
+            matrix = matrix.insert_row(below, 0.0);
+            matrix.set_row(below, &row.transpose());
+            right = right.push(-value / size);
+        }
+        Ok(Conditions {
             matrix,
+            right,
+            mismatch: first.mismatch,
             first,
             second,
-        };
+            gradient,
+        })
+    }
+
+    /// How the number of the condition changes, by differences; none where the equations of the loop say it themselves.
+    fn gradient(&self, spot: &Spot, at: &Conditions) -> Result<Option<Gradient>> {
         let unit = self.along(0, spot, |family| self.condition.unit(family, &spot.place))?;
-        if let Some(value) = self.value(spot, unit)? {
-            let unknowns = last + 2;
-            let mut row = DVector::zeros(unknowns);
-            for k in 0..unknowns {
-                let by = |part: f64| -> Result<f64> {
-                    let mut step = DVector::zeros(unknowns);
-                    step[k] = part;
-                    let there = self.deviated(spot, &found, &step)?;
-                    Ok(self.value(&there, unit)?.unwrap_or(f64::NAN))
-                };
-                // One-sided at the end of what a number may be.
-                row[k] = match (by(STEP), by(-STEP)) {
-                    (Err(Error::BadValue { .. }), below) => (value - below?) / STEP,
-                    (above, Err(Error::BadValue { .. })) => (above? - value) / STEP,
-                    (above, below) => (above? - below?) / (2.0 * STEP),
-                };
-            }
-            let size = row.amax();
-            let below = found.matrix.nrows();
-            found.matrix = found.matrix.insert_row(below, 0.0);
-            found.matrix.set_row(below, &(row / size).transpose());
-            found.right = found.right.push(-value / size);
+        let Some(value) = self.value(spot, unit)? else {
+            return Ok(None);
+        };
+        let unknowns = at.matrix.ncols();
+        let mut row = DVector::zeros(unknowns);
+        for k in 0..unknowns {
+            let by = |part: f64| -> Result<f64> {
+                let mut step = DVector::zeros(unknowns);
+                step[k] = part;
+                let there = self.deviated(spot, at, &step)?;
+                Ok(self.value(&there, unit)?.unwrap_or(f64::NAN))
+            };
+            // One-sided at the end of what a number may be.
+            row[k] = match (by(STEP), by(-STEP)) {
+                (Err(Error::BadValue { .. }), below) => (value - below?) / STEP,
+                (above, Err(Error::BadValue { .. })) => (above? - value) / STEP,
+                (above, below) => (above? - below?) / (2.0 * STEP),
+            };
         }
-        Ok(found)
+        let size = row.amax();
+        Ok(Some(Gradient {
+            row: row / size,
+            size,
+            unit,
+        }))
     }
 
     /// A number that is zero where the condition of the curve holds, in a unit.
@@ -210,13 +281,16 @@ impl Plane<'_> {
             second: spot.second,
             place,
         };
+        if by[unknowns + 1] == 0.0 {
+            return Ok(there);
+        }
         let value = there.place.value;
         let over_second = Place {
             value: spot.second,
             ..there.place.clone()
         };
         let moved = self.along(1, &there, |family| {
-            family.moved_by_value(&over_second, &at.second, by[unknowns + 1])
+            family.moved_by_value(&over_second, (&at.first, &at.second), by[unknowns + 1])
         })?;
         Ok(Spot {
             second: moved.value,

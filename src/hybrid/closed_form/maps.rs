@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A linear scene from a forcing phase.
 pub(crate) struct ClosedFormMaps<'a> {
     scene: &'a ModalScene,
-    flow: SceneFlow,
+    flow: Arc<SceneFlow>,
     phase: f64,
     to_physical: DMatrix<f64>,
     to_modal: DMatrix<f64>,
@@ -104,7 +104,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
             return Ok(());
         }
         let mut modal = self.modal(state);
-        with_flow!(&self.flow, f => propagate(f, self.moment(start), end - start, &mut modal));
+        with_flow!(&*self.flow, f => propagate(f, self.moment(start), end - start, &mut modal));
         *state = self.physical(&modal);
         if deviations.ncols() > 0 {
             let mut carried = &self.to_modal * &*deviations;

@@ -82,7 +82,7 @@ pub(crate) fn with_shooting<T>(
     // Deviations, and the matrices between coordinates and modes.
     let n = scene.n_dof();
     room_for("shooting", 2 * n, 12 * n)?;
-    let modal = Arc::new(ModalScene::new(scene, "find_orbit")?);
+    let modal = ModalScene::of(scene, "find_orbit")?;
     let held = constrained_motions(&modal, stages.iter().map(|stage| stage.held.as_slice()))?;
     let motion = &ClosedFormMaps::new(&modal, scene.phase(), held);
     let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {

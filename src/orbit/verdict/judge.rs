@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// Judges the orbits of one scene; made once for all of them.
 pub(crate) struct Judge<'a> {
     scene: &'a ModalScene,
-    flow: SceneFlow,
+    flow: Arc<SceneFlow>,
     /// The gap of every stop on the flow.
     gaps: Vec<GapRow>,
 }
@@ -35,7 +35,7 @@ impl<'a> Judge<'a> {
     pub fn new(scene: &'a ModalScene) -> Self {
         let flow = scene.flow();
         let gaps = (0..scene.n_stops()).map(|stop| scene.gap(stop));
-        let gaps = with_flow!(&flow, f => gaps.map(|gap| f.gap_row(&gap)).collect());
+        let gaps = with_flow!(&*flow, f => gaps.map(|gap| f.gap_row(&gap)).collect());
         Self { scene, flow, gaps }
     }
 
@@ -45,7 +45,7 @@ impl<'a> Judge<'a> {
         pattern: &Pattern,
         motions: impl Iterator<Item = (f64, &'m [Flight])>,
     ) -> Vec<bool> {
-        with_flow!(&self.flow, f => {
+        with_flow!(&*self.flow, f => {
             let mut carrier = Carrier::new(self.scene, f);
             motions
                 .map(|(phase, flights)| carrier.lost(pattern, phase, flights).is_none())
@@ -92,7 +92,7 @@ impl<'a> Judge<'a> {
         let free = flights
             .iter()
             .filter(|flight| flight.mode.kind == SegmentKind::Flight);
-        with_flow!(&self.flow, f => {
+        with_flow!(&*self.flow, f => {
             for flight in free {
                 let at = Moment::of_angle(scene.frequency * flight.start + phase);
                 let mut entered = Vec::new();
@@ -143,7 +143,7 @@ impl<'a> Judge<'a> {
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
-        with_flow!(&self.flow, f => {
+        with_flow!(&*self.flow, f => {
             let start = |flight: &Flight, state: &mut Vec<Pair>| {
                 let at = Moment::of_angle(scene.frequency * flight.start + phase);
                 f.state_from_modal(&flight.after, at, state);
