@@ -7,9 +7,10 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Change, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
-    Scene, SpecialKind, Stop, Virtual, bifurcation_curve, branches as born, continuation,
-    find_orbit, periodic_orbits,
+    Change, ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
+    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, Stop,
+    Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
+    periodic_orbits, simulate,
 };
 
 fn branches(criterion: &mut Criterion) {
@@ -103,5 +104,64 @@ fn many_modes(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, branches, many_modes);
+/// Two masses before two stops, hit three times and then on and on until one is held.
+fn chatter(criterion: &mut Criterion) {
+    let stiffness = dmatrix![5.2, -2.9; -2.9, 2.9];
+    let system = LinearSystem::new(dvector![1.0, 1.0], &stiffness * 0.28, stiffness);
+    let force = Harmonic::new(dvector![0.0.into(), 2.0.into()], 0.64, 0.0).expect("valid");
+    let stops = [(0, -0.11), (1, 0.39)].map(|(i, at)| Stop::new(i, at, 0.41).expect("valid"));
+    let scene = Scene::new(system.expect("valid"), force, stops).expect("valid");
+    let (q, v) = (dvector![-0.5, -0.5], dvector![0.0, 0.0]);
+    let until = 80.0 * scene.period().expect("forced");
+    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let segments = orbit.segments().expect("kept");
+    assert!(segments.iter().any(|own| own.kind == SegmentKind::Chatter));
+    time_branch(criterion, "with a chatter", &orbit, (0.95, 1.0));
+}
+
+/// The paper's double pendulum with large motions, which hits both walls; one period of it integrated, as closely, beside it.
+fn pendulum(criterion: &mut Criterion) {
+    let linear = paper_scene(Kind::Two, &PaperOptions::default()).expect("valid");
+    let options = OrbitOptions::default();
+    let both = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
+    let known = periodic_orbits(&linear, &both, &options).expect("a search");
+    let large = PaperOptions {
+        linear: false,
+        ..PaperOptions::default()
+    };
+    let scene = paper_scene(Kind::Two, &large).expect("valid");
+    let orbit = find_orbit(&scene, &known[0], None).expect("an orbit");
+    time_branch(criterion, "of a pendulum", &orbit, (0.97, 1.03));
+    let (q, v) = (orbit.q0(), orbit.v0());
+    let close = SimulateOptions {
+        rtol: 1e-13,
+        atol: 1e-15,
+        ..SimulateOptions::default()
+    };
+    let (scene, period) = (orbit.scene(), orbit.period());
+    criterion.bench_function("a period of the pendulum", |b| {
+        b.iter(|| black_box(simulate(scene, &q, &v, (0.0, period), &close).expect("a run")));
+    });
+}
+
+/// The branch of an orbit over its frequency, in parts of that.
+fn time_branch(criterion: &mut Criterion, name: &str, orbit: &PeriodicOrbit, range: (f64, f64)) {
+    let w = std::f64::consts::TAU * orbit.n_periods() as f64 / orbit.period();
+    let options = ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..ContinuationOptions::default()
+    };
+    let follow = || {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        let range = (range.0 * w, range.1 * w);
+        continuation(orbit, Parameter::Frequency, range, &options, go_on).expect("a branch")
+    };
+    let count = follow().orbits.len();
+    criterion.bench_function(&format!("{count} points {name}"), |b| {
+        b.iter(|| black_box(follow()));
+    });
+}
+
+criterion_group!(benches, branches, many_modes, chatter, pendulum);
 criterion_main!(benches);

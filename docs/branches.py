@@ -69,7 +69,8 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
 - `special.beyond()` is a proof where it says "continues": a stable orbit stands there. "Nonsmooth fold" says that no such orbit was
   found beyond and that one was that is not stable before. The attractor is what one simulation came to.
 - A chatter border is the limit of a power law. From its other side infinitely many grazes come towards it, and nothing can be
-  followed through it.
+  followed through it: `special.accumulation()` of one of these grazes follows up to forty and extrapolates. Its `error` is the last change
+  of the extrapolation, no bound.
 
 ## On a curve over two numbers
 

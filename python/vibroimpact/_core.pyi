@@ -38,6 +38,7 @@ __all__ = [
     "_basin_cells",
     "_bifurcation_curve",
     "_bifurcation_diagram",
+    "_accumulation",
     "_branches",
     "_check_existence",
     "_continuation",
@@ -852,6 +853,14 @@ def _branches(
     make: Callable[[float], Scene] | None,
     between: tuple[float, float],
 ) -> list[tuple[Orbit, float, bool]]: ...
+def _accumulation(
+    point: tuple[str, float, int | None, float | None, list[float]],
+    orbit: Orbit,
+    name: str | None,
+    make: Callable[[float], Scene] | None,
+    between: tuple[float, float],
+    progress: bool,
+) -> tuple[str, float, float, float, Orbit, int | None, float | None, float | None, list[float]] | None: ...
 def _bifurcation_curve(
     point: tuple[str, float, int | None, float | None, list[float]] | None,
     orbit: Orbit,

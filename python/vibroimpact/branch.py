@@ -328,7 +328,7 @@ def continuation(
     orbits, values, arclength, is_admissible, is_stable, n_unstable, multipliers = found[:7]
     special, (first, last), is_closed, raised = found[7:]
     columns = (values, arclength, is_admissible, is_stable, n_unstable, multipliers)
-    marked = tuple(_special(own, name, (low, high), make) for own in special)
+    marked = tuple(Special._of(own, name, (low, high), make) for own in special)
     branch = Branch(name, tuple(orbits), *columns, marked, {}, (first, last), is_closed)
     # Not a part of the result: functions are not saved.
     object.__setattr__(branch, "_make", make)
@@ -356,18 +356,6 @@ def _orbit_of(given: Any) -> tuple[Any, float | None]:
             raise ValueError(message)
         given = found[0]
     return (given.orbit, given.parameter) if isinstance(given, Candidate) else (given, None)
-
-
-def _special(
-    own: tuple[Any, ...], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
-) -> Special:
-    """Return a special point, which knows the callable that made its branch."""
-    kind, value, error, arclength, orbit, stop, time, rotation, direction = own
-    data = {} if rotation is None else {"rotation_number": rotation}
-    special = Special(kind, value, error, arclength, orbit, stop, time, data, np.array(direction), name, between)
-    # Not a part of the result: functions are not saved.
-    object.__setattr__(special, "_make", make)
-    return special
 
 
 def _checked(monitor: Mapping[str, Monitor] | None) -> Mapping[str, Monitor]:
@@ -414,4 +402,4 @@ def _zeros(branch: Branch, between: tuple[float, float], name: str, measure: Mon
         arclength = float(branch.arclength[k] + part * (branch.arclength[k + 1] - branch.arclength[k]))
         error = max(abs(at - before), np.finfo(float).eps * span)
         point: tuple[Any, ...] = (f"user:{name}", float(at), float(error), arclength, orbit, None, None, None, [])
-        yield _special(point, branch.parameter_name, between, getattr(branch, "_make", None))
+        yield Special._of(point, branch.parameter_name, between, getattr(branch, "_make", None))

@@ -154,6 +154,26 @@ class Special(ArrayResult):
         """Whether the orbit breaks a rule of contact."""
         return self.orbit.is_admissible is False
 
+    @classmethod
+    def _of(
+        cls, own: tuple[Any, ...], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
+    ) -> Special:
+        """Return one of what the core found, which knows the callable that made its branch."""
+        kind, value, error, arclength, orbit, stop, time, rotation, direction = own
+        data = {} if rotation is None else {"rotation_number": rotation}
+        special = cls(kind, value, error, arclength, orbit, stop, time, data, np.array(direction), name, between)
+        # Not a part of the result: functions are not saved.
+        object.__setattr__(special, "_make", make)
+        return special
+
+    def _made_by(self) -> Callable[[float], Scene] | None:
+        """Return the callable that made its branch, if one did."""
+        make: Callable[[float], Scene] | None = getattr(self, "_make", None)
+        if self.parameter_name is None and make is None:
+            message = f"special is {self!r}, but the callable that made its branch was not saved with it"
+            raise ValueError(message)
+        return make
+
     def _given(self) -> tuple[str, float, int | None, float | None, list[float]]:
         """Return what the core takes of a special point besides its orbit."""
         return (self.kind, self.parameter, self.stop, self.time, self.direction.tolist())
@@ -200,12 +220,61 @@ class Special(ArrayResult):
         >>> vi.continuation(doubled, "forcing_scale", (0.7, 1.5)).special[0].kind
         'period_doubling'
         """
-        make: Callable[[float], Scene] | None = getattr(self, "_make", None)
-        if self.parameter_name is None and make is None:
-            message = f"special is {self!r}, but the callable that made its branch was not saved with it"
-            raise ValueError(message)
-        found = _core._branches(self._given(), self.orbit, self.parameter_name, make, self.between)
+        found = _core._branches(self._given(), self.orbit, self.parameter_name, self._made_by(), self.between)
         return [Candidate(orbit, value, 1 if is_above else -1) for orbit, value, is_above in found]
+
+    def accumulation(self, *, progress: bool = False) -> Special | None:
+        """Return the border of a chatter towards which grazes accumulate of which this is one.
+
+        Behind such a graze an impact more is born, at the end of those that become ever slower, and its branch ends at the next
+        one: they come nearer to each other by the same factor each time, and beyond their limit the impacts come to rest.
+
+        Parameters
+        ----------
+        progress : bool, default False
+            Show a progress bar (needs tqdm): where in the range of the branch the search is.
+
+        Returns
+        -------
+        Special or None
+            The "chatter_border", with the last orbit that touches; its ``arclength`` is nan, as it is on none of the branches.
+            None where grazes do not accumulate, or were not followed to six of them.
+
+        Raises
+        ------
+        ValueError
+            A special point that is no graze; the callable that made the branch was not saved with it.
+        KeyboardInterrupt
+            On Ctrl-C.
+
+        Notes
+        -----
+        Up to 40 branches are followed, one from the graze of the other. The border is their limit extrapolated twice, ``error``
+        is by how much the second time changed it [1]_. From the side on which the impacts come to rest a branch ends there and
+        knows it to 1e-8 of the range.
+
+        References
+        ----------
+        .. [1] C. J. Budd and F. Dux, "Chattering and related behaviour in impact oscillators", Philosophical Transactions of
+           the Royal Society A 347 (1994) 365.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import vibroimpact as vi
+        >>> scene = vi.Scene(vi.LinearSystem(1, 0, 1), vi.Harmonic([1.0], 0.5), vi.Stop(0, 0.25, 0.5))
+        >>> run = vi.simulate(scene, [-0.5], [0.0], (0.0, 40 * scene.period))
+        >>> branch = vi.continuation(vi.find_orbit(scene, run), "clearance", (0.0, 0.5), direction="down")
+        >>> border = branch.special[0].accumulation()
+        >>> border.kind, border.error < 1e-6
+        ('chatter_border', True)
+        """
+        found = _core._accumulation(
+            self._given(), self.orbit, self.parameter_name, self._made_by(), self.between, progress
+        )
+        if found is None:
+            return None
+        return Special._of(found, self.parameter_name, self.between, getattr(self, "_make", None))
 
     def beyond(self, delta: float | None = None, periods: int = 500, rng: int | np.random.Generator = 0) -> Beyond:
         """Say what becomes of a motion beyond a boundary at which its branch ends.

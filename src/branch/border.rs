@@ -13,27 +13,40 @@ const KNOWN: f64 = 1e-9;
 /// Halvings of an interval down to neighbouring doubles.
 const HALVINGS: usize = 60;
 
-/// The power with which a stick grows with the distance from the border: bounces near the release are alike in all scales, and the ones
-/// that just come to rest are those of the unstable fixed point of that map.
-fn power(restitution: f64) -> f64 {
-    let e = restitution;
-    let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if off(middle) < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
+/// Bounces near a release that just come to rest: they are alike in all scales, and these are those of the unstable fixed point of their
+/// map.
+pub(super) struct Bounces {
+    /// The factor by which deviations from them grow at a bounce.
+    pub growth: f64,
+    /// The power with which a stick grows with the distance from the border.
+    pub power: f64,
+}
+
+impl Bounces {
+    /// Those of a restitution in (0, 1).
+    pub fn of(restitution: f64) -> Self {
+        let e = restitution;
+        let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if off(middle) < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let s = 0.5 * (low + high);
+        // Derivatives of the next speed e (s/2 - s^2/3)/(1 - s)^2 and of this one, s/2 - s^2/6, by s.
+        let next = e
+            * ((0.5 - 2.0 * s / 3.0) / (1.0 - s).powi(2)
+                + 2.0 * (0.5 * s - s * s / 3.0) / (1.0 - s).powi(3));
+        let growth = next / (0.5 - s / 3.0);
+        Self {
+            growth,
+            power: -(1.0 - s).ln() / growth.ln(),
         }
     }
-    let s = 0.5 * (low + high);
-    // Derivatives of the next speed e (s/2 - s^2/3)/(1 - s)^2 and of this one, s/2 - s^2/6, by s.
-    let next = e
-        * ((0.5 - 2.0 * s / 3.0) / (1.0 - s).powi(2)
-            + 2.0 * (0.5 * s - s * s / 3.0) / (1.0 - s).powi(3));
-    let slope = next / (0.5 - s / 3.0);
-    -(1.0 - s).ln() / slope.ln()
 }
 
 /// The value at which the stick of an instant has no duration, and how far that is known, from the last points whose stick is long enough:
@@ -51,7 +64,7 @@ pub(super) fn border(
     let restitution = with_shooting(&scene, &family.signature, |shooting, _| {
         Ok(shooting.motion.restitution(*stop))
     })?;
-    let inverse = power(restitution).recip();
+    let inverse = Bounces::of(restitution).power.recip();
     let stick = |point: &Point| {
         let state = &point.place.state;
         let whole = state.times[state.states.len()] - state.times[0];

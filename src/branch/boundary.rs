@@ -5,9 +5,9 @@ use crate::branch::corrector::{Attempt, Settled};
 use crate::branch::family::Family;
 use crate::branch::place::Place;
 use crate::branch::risen::strongest_pull;
-use crate::branch::special::{BreachKind, SpecialKind, breach_kind};
+use crate::branch::special::{BreachKind, Special, SpecialKind, breach_kind, of_boundary};
 use crate::branch::step::{Point, Target, step_to};
-use crate::branch::zero::{Tried, zero_between};
+use crate::branch::zero::{Tried, Zero, zero_between};
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
@@ -29,6 +29,24 @@ pub(super) struct Boundary {
     pub width: f64,
     /// How much of the step is left between them where the branch was lost there: from the last point it may be found again.
     pub left: Option<f64>,
+    /// Of a graze the value at which the stop is touched, how far that is known, and the orbit.
+    touch: Option<(f64, f64, PeriodicOrbit)>,
+}
+
+impl Boundary {
+    /// What it is, by the orbit that breaks a rule, next to a point; with the unit of velocities.
+    pub fn special(&self, broken: &PeriodicOrbit, at: &Point, speed: f64) -> Option<Special> {
+        let own = of_boundary(broken, at, self.width, speed)?;
+        Some(match &self.touch {
+            Some((parameter, error, orbit)) => Special {
+                parameter: *parameter,
+                error: *error,
+                orbit: orbit.clone(),
+                ..own
+            },
+            None => own,
+        })
+    }
 }
 
 /// Whether an orbit breaks a rule of contact.
@@ -46,21 +64,32 @@ pub(super) fn located(
     let was_broken = is_broken(&from.orbit);
     let (mut low, mut high) = (0.0, step);
     let (mut before, mut behind) = (from.place.value, there.value);
-    let root = expected(family, from, step, (there, &other))?;
+    let mut there = there.clone();
     let mut found = Boundary {
         last: None,
         other,
         width: 0.0,
         left: None,
+        touch: None,
     };
     let mut beside = [0.25 * KNOWN; 2];
+    let mut expected: Option<Expected> = None;
     for _ in 0..MOST_HALVINGS {
         if high - low <= KNOWN {
             break;
         }
+        if expected.is_none() {
+            let last = found.last.as_ref();
+            let last = last.map_or((&from.place, &from.orbit), |(own, orbit)| {
+                (&own.place, orbit)
+            });
+            let ends = [last, (&there, &found.other)];
+            expected = zero_of_breach(family, from, [low, high], ends)?;
+        }
+        let root = expected.as_ref().map(|zero| zero.along);
         let middle = aimed(root, [low, high], &mut beside);
-        let there: Attempt<Settled> = step_to(family, from.foot(), Target::Length(middle));
-        let Ok(settled) = there? else {
+        let tried: Attempt<Settled> = step_to(family, from.foot(), Target::Length(middle));
+        let Ok(settled) = tried? else {
             found.left = Some(high - low);
             break;
         };
@@ -70,6 +99,7 @@ pub(super) fn located(
             (low, before, found.last) = (middle, value, Some((settled, orbit)));
         } else {
             (high, behind, found.other) = (middle, value, orbit);
+            there = settled.place;
         }
     }
     found.width = (before - behind).abs();
@@ -81,6 +111,18 @@ pub(super) fn located(
     else {
         return Ok(found);
     };
+    // The touch itself, before what is seen to pass, which is more than rounding.
+    let is_touch = |zero: &Expected| kind == SpecialKind::Graze && zero.along <= high;
+    if let Some(Zero {
+        point: (settled, Some(orbit)),
+        error,
+        ..
+    }) = expected.filter(is_touch)
+    {
+        let error = error.max(f64::EPSILON * family.span());
+        found.touch = Some((settled.place.value, error, orbit));
+        return Ok(found);
+    }
     let landing = family.instant_of(&from.place, (stop, from.place.state.times[0] + time));
     let sharp = match (kind, landing) {
         (SpecialKind::LandingBorder, Some(k)) => zero_of(family, from, step, &|there| {
@@ -109,54 +151,58 @@ fn between(family: &Family<'_>, [one, other]: [&PeriodicOrbit; 2]) -> Option<Bre
     breach_kind(broken, kept, family.units.velocity)
 }
 
-/// Where on a step a boundary is expected, by what is zero there: the speed of an impact, the gap at a touch.
-fn expected(
+/// A point where a boundary is expected, and of one that touches a stop the orbit.
+type Expected = Zero<(Settled, Option<PeriodicOrbit>)>;
+
+/// Where between two lengths of a step a boundary is expected, by what is zero there: the speed of an impact, the gap at a touch. None where
+/// it is not seen at both.
+fn zero_of_breach(
     family: &Family<'_>,
     from: &Point,
-    step: f64,
-    (there, other): (&Place, &PeriodicOrbit),
-) -> Result<Option<f64>> {
-    let Some(breach) = between(family, [&from.orbit, other]) else {
+    [low, high]: [f64; 2],
+    [one, other]: [(&Place, &PeriodicOrbit); 2],
+) -> Result<Option<Expected>> {
+    let Some(breach) = between(family, [one.1, other.1]) else {
         return Ok(None);
     };
     let (stop, time) = (breach.stop, breach.time);
-    let begin = from.place.state.times[0];
-    let number = |place: &Place, orbit: Option<&PeriodicOrbit>| -> Result<Option<f64>> {
-        match breach.kind {
-            SpecialKind::LostImpact => {
-                let struck = family.instant_of(&from.place, (stop, begin + time));
-                struck.map(|k| family.approach(place, k)).transpose()
-            }
-            SpecialKind::Graze => match orbit {
-                Some(orbit) => orbit.least_gap_near(stop, time),
-                None => family.orbit(place)?.least_gap_near(stop, time),
-            },
-            _ => Ok(None),
-        }
+    let struck = family.instant_of(&from.place, (stop, from.place.state.times[0] + time));
+    let speed = |place: &Place| struck.map(|k| family.approach(place, k)).transpose();
+    let broken = if is_broken(other.1) { other.1 } else { one.1 };
+    let touched = broken.place_on_flight(time);
+    let gap = |orbit: &PeriodicOrbit| orbit.least_gap_near(stop, touched);
+    let ends = match breach.kind {
+        SpecialKind::LostImpact => [speed(one.0)?, speed(other.0)?],
+        SpecialKind::Graze => [gap(one.1)?, gap(other.1)?],
+        _ => return Ok(None),
     };
-    let ends = (
-        number(&from.place, Some(&from.orbit))?,
-        number(there, Some(other))?,
-    );
-    let (Some(before), Some(after)) = ends else {
+    let [Some(before), Some(after)] = ends else {
         return Ok(None);
     };
     if before * after >= 0.0 {
         return Ok(None);
     }
     let mut point = |along: f64| {
-        let Ok(settled) = step_to(family, from.foot(), Target::Length(along))? else {
+        let Ok(settled) = step_to(family, from.foot(), Target::Length(low + along))? else {
             return Ok(None);
         };
-        let value = number(&settled.place, None)?;
+        let (value, orbit) = if breach.kind == SpecialKind::Graze {
+            let orbit = family.orbit(&settled.place)?;
+            (gap(&orbit)?, Some(orbit))
+        } else {
+            (speed(&settled.place)?, None)
+        };
         Ok(value.map(|value| Tried {
             parameter: settled.place.value,
             value,
-            point: (),
+            point: (settled, orbit),
         }))
     };
-    let zero = zero_between([step, before, after], family.span(), &mut point)?;
-    Ok(zero.map(|zero| zero.along))
+    let zero = zero_between([high - low, before, after], family.span(), &mut point)?;
+    Ok(zero.map(|zero| Zero {
+        along: low + zero.along,
+        ..zero
+    }))
 }
 
 /// Where between two ends to look next: beside the place that is expected, on the side of the farther end, each time farther from it; in the

@@ -112,6 +112,12 @@ pub(super) fn tangent(equations: &Equations, border: &Direction) -> Option<Direc
     Some(found.scaled(1.0 / found.length()))
 }
 
+/// Whether a loop that lacks something closes sharply with the correction that is left, or corrections come no nearer, by the last two.
+pub(super) fn is_sharp(mismatch: f64, [last, left]: [f64; 2]) -> bool {
+    let shorter = (left / last).min(1.0);
+    mismatch * shorter <= SHARP || shorter > NO_SHORTER
+}
+
 /// The instant to which the next one has come, whose flight takes no time.
 pub(super) fn met(place: &Place) -> Option<usize> {
     let ends = place.state.times.windows(2);
@@ -157,8 +163,7 @@ impl Family<'_> {
             let is_closed = mismatch <= ORBIT_CLOSED;
             // As near as it comes where branches cross: it stays there.
             let is_near = is_last && is_closed && last <= NEARLY;
-            let shorter = (left / last).min(1.0);
-            let is_sharp = mismatch * shorter <= SHARP || shorter > NO_SHORTER || is_last;
+            let is_sharp = is_last || is_sharp(mismatch, [last, left]);
             let is_there = is_closed && left <= SETTLED && is_sharp;
             last = left;
             let equations = if is_near || is_there {

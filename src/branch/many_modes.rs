@@ -10,7 +10,8 @@ use crate::flow::ModalScene;
 use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
-    Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ScaledUnits, ShootingState,
+    Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ScaledUnits,
+    ShootingState,
 };
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -44,8 +45,7 @@ impl Family<'_> {
             if check_same(&scene, &there, value).is_err() {
                 continue;
             }
-            let state = stretched(&place.state, &scene, &there);
-            if reduced.pulses(&there, period(&state))?.is_none() {
+            if reduced.pulses(&there, None)?.is_none() {
                 return Ok((self, place));
             }
         }
@@ -56,14 +56,18 @@ impl Family<'_> {
     }
 
     /// The equations of loops by their impulses in a scene, if these say all.
-    fn pulses(&self, scene: &Scene, period: f64) -> Result<Option<Arc<Pulses>>> {
+    fn pulses(&self, scene: &Scene, others: Option<&Pulses>) -> Result<Option<Arc<Pulses>>> {
+        let Clocked::Forced { period } = self.signature.clocked(scene) else {
+            return Ok(None);
+        };
         let modal = ModalScene::of(scene, "continuation")?;
-        Ok(Pulses::new(scene, &modal, &self.signature.stages, period).map(Arc::new))
+        let stages = self.signature.stages.as_slice();
+        Ok(Pulses::new(scene, &modal, (stages, period), others).map(Arc::new))
     }
 
     /// The same where they are to.
-    fn needed_pulses(&self, scene: &Scene, value: f64, period: f64) -> Result<Arc<Pulses>> {
-        self.pulses(scene, period)?.ok_or_else(|| {
+    fn needed_pulses(&self, scene: &Scene, value: f64, others: &Pulses) -> Result<Arc<Pulses>> {
+        self.pulses(scene, Some(others))?.ok_or_else(|| {
             let rule = "of many modes each must lose more than a millionth in a period";
             Error::bad_value("parameter", value, rule)
         })
@@ -74,7 +78,7 @@ impl Family<'_> {
         if !self.has_pulses {
             return Ok(None);
         }
-        let equations = self.pulses(scene, period(state))?;
+        let equations = self.pulses(scene, None)?;
         Ok(equations.map(|equations| Impulses {
             changes: equations.train(&state.times, &state.states).changes,
             equations,
@@ -93,10 +97,11 @@ impl Family<'_> {
             let there = self.scene(value)?;
             check_same(scene, &there, value)?;
             let state = stretched(&place.state, scene, &there);
-            let equations = self.needed_pulses(&there, value, period(&state))?;
+            let (others, train) = place.train();
+            let equations = self.needed_pulses(&there, value, others)?;
             let train = PulseTrain {
                 times: state.times[..equations.len()].to_vec(),
-                changes: place.train().1.changes,
+                ..train
             };
             Ok(equations.lacking(&train, &self.units_in(&there)))
         };
@@ -157,7 +162,7 @@ impl Family<'_> {
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
         let state = stretched(&place.state, scene, &there);
-        let equations = self.needed_pulses(&there, value, period(&state))?;
+        let equations = self.needed_pulses(&there, value, place.train().0)?;
         let (count, clock) = (equations.len(), self.units_in(&there).time);
         let before = place.train().1.changes;
         let changes = before.iter().zip(by.loop_part.iter());

@@ -1,5 +1,6 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
 
+mod accumulation;
 mod behind;
 mod bifurcations;
 mod border;
@@ -32,6 +33,7 @@ mod walk;
 mod way;
 mod zero;
 
+pub use accumulation::{accumulation, accumulation_of};
 pub use candidate::Candidate;
 pub use continued::{continuation, continuation_of, continuation_over_energy};
 pub use curve::{BifurcationCurve, CurveOf, CurvePoint, bifurcation_curve, bifurcation_curve_of};

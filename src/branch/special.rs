@@ -118,6 +118,8 @@ const AT_IMPACT: f64 = 1e-3;
 const AT_ONCE: f64 = 1e-7;
 /// An impact of so small a part of the motion's speed has none left.
 const NO_SPEED: f64 = 1e-7;
+/// A speed that is rounding.
+const ROUNDED: f64 = 1e-12;
 
 /// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; with the unit of velocities.
 pub(super) fn of_boundary(
@@ -171,7 +173,7 @@ pub(super) fn breach_kind(
         Rule::Holds { .. } => SpecialKind::Rise,
         Rule::Passed => {
             let next_to = beside(kept, time);
-            if let Some(impact) = at_rest(kept, speed) {
+            if let Some(impact) = at_rest(kept, broken, speed) {
                 // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
                 (stop, time) = (impact.stop, impact.time);
                 SpecialKind::LostImpact
@@ -193,11 +195,15 @@ pub(super) fn breach_kind(
     })
 }
 
-/// The slowest impact of an orbit, if it has no speed left.
-fn at_rest(orbit: &PeriodicOrbit, unit: f64) -> Option<&Impact> {
-    let impacts = orbit.impacts().iter();
-    let slowest = impacts.min_by(|a, b| a.approach.total_cmp(&b.approach));
-    slowest.filter(|own| own.approach <= NO_SPEED * unit)
+/// The slowest impact of an orbit, if it has no speed left, and less on another.
+fn at_rest<'a>(orbit: &'a PeriodicOrbit, other: &PeriodicOrbit, unit: f64) -> Option<&'a Impact> {
+    let impacts = orbit.impacts().iter().zip(other.impacts());
+    let slowest = impacts.min_by(|a, b| a.0.approach.total_cmp(&b.0.approach));
+    let is_lost = |(own, there): &(&Impact, &Impact)| {
+        let speed = own.approach;
+        speed <= ROUNDED * unit || speed <= NO_SPEED * unit && there.approach <= 0.5 * speed
+    };
+    slowest.filter(is_lost).map(|(own, _)| own)
 }
 
 /// The impact of an orbit that is nearest to a time, if it is near, and how far it is, in parts of the period.

@@ -224,10 +224,19 @@ fn born(family: &Family<'_>, place: &Place, touch: (usize, f64)) -> Result<Vec<C
     }
     for rounds in 1..=MOST_ROUNDS {
         let (several, at) = family.repeated(place, &place.state, &vec![0.0; rounds])?;
-        let (own, at, instant) = several.with_touch(&at, touch)?;
-        found.extend(found_there(with_speed(&own, &at, instant))?);
+        found.extend(born_at(&several, &at, touch)?);
     }
     Ok(found)
+}
+
+/// The orbit with an impact more in one round of a loop, on a stop that is touched.
+pub(super) fn born_at(
+    family: &Family<'_>,
+    place: &Place,
+    touch: (usize, f64),
+) -> Result<Vec<Candidate>> {
+    let (own, at, instant) = family.with_touch(place, touch)?;
+    found_there(with_speed(&own, &at, instant))
 }
 
 /// The orbit near a loop on which an impact that has no speed there has some.

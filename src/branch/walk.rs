@@ -8,7 +8,7 @@ use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::options::{ContinuationOptions, Virtual};
 use crate::branch::place::{Direction, Place};
-use crate::branch::special::{Special, of_boundary};
+use crate::branch::special::Special;
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
 use crate::branch::vanished::{ended, meeting, named};
@@ -235,7 +235,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
             if found.left.is_some() {
                 return Ok(Advance::Distrusted(end));
             }
-            let special = of_boundary(&found.other, from, found.width, family.units.velocity);
+            let special = found.special(&found.other, from, family.units.velocity);
             let end = named(end, special.as_ref());
             return Ok(Advance::Boundary(None, special.into_iter().collect(), end));
         };
@@ -252,7 +252,7 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
-        let boundary = of_boundary(&found.other, &own, found.width, family.units.velocity);
+        let boundary = found.special(&found.other, &own, family.units.velocity);
         let end = named(end, boundary.as_ref());
         special.extend(boundary);
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
@@ -277,9 +277,8 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
 /// The boundary that a branch goes across on a step, where virtual orbits are kept.
 fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Special>> {
     let length = to.arclength - from.arclength;
-    let found = located(family, from, length, (&to.place, to.orbit.clone()))?;
-    let (other, width) = (found.other, found.width);
-    let at = match found.last {
+    let mut found = located(family, from, length, (&to.place, to.orbit.clone()))?;
+    let at = match found.last.take() {
         Some((settled, orbit)) => {
             let way = family.between(&from.place, &settled.place);
             accepted(family, from, (settled, orbit), way.length())?
@@ -289,9 +288,9 @@ fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Speci
     let broken = if is_broken(&at.orbit) {
         &at.orbit
     } else {
-        &other
+        &found.other
     };
-    Ok(of_boundary(broken, &at, width, family.units.velocity))
+    Ok(found.special(broken, &at, family.units.velocity))
 }
 
 fn at_end(value: f64) -> BranchEnd {

@@ -9,6 +9,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// A multiplier is one of several where another is this near to it, in parts of the largest, or where `w (J_1 - J_0) v` is this part of its
 /// factors: half the digits are left.
 const DEFECTIVE: f64 = 1e-5;
+/// Where no other is nearer than this part of itself it is none of several, however sensitive.
+const ALONE: f64 = 0.1;
 /// Iterations towards a null vector, each of which takes away all but rounding.
 const ITERATIONS: usize = 3;
 
@@ -161,7 +163,9 @@ fn sensitivity(deviations: &Deviations, mu: Complex<f64>, others: &[Complex<f64>
     };
     let per_mu = (&deviations.same - &deviations.gone).map(Complex::from) * &right;
     let over = left.dotc(&per_mu);
-    if over.norm() <= DEFECTIVE * per_mu.norm() {
+    let beside = |other: &&Complex<f64>| (*other - mu).norm() <= ALONE * mu.norm();
+    let is_alone = others.iter().filter(beside).count() == 1;
+    if !is_alone && over.norm() <= DEFECTIVE * per_mu.norm() {
         return Sensitivity::Multiple;
     }
     Sensitivity::Simple {

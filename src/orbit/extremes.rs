@@ -11,8 +11,8 @@ use crate::tolerance::{SAME_EXTREME, TOUCHED};
 
 /// Steps on one extreme inside its bracket.
 const MOST_STEPS: usize = 80;
-/// A turn near a time is bracketed from so small a part of the flight on, in doublings.
-const NEAR: f64 = 1e-4;
+/// A turn near a place is bracketed from so small a part of the flight on, in doublings.
+const NEAR: f64 = 1e-9;
 
 /// A place on an orbit: so far along a flight, in parts of its span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,30 +113,37 @@ impl Extremes {
 }
 
 impl Along<'_> {
-    /// The gap of a stop where it turns from closing to opening next to a time of a flight; none where it does not turn there.
-    pub fn least_gap_near(&self, stop: usize, time: f64) -> Result<Option<f64>> {
+    /// The gap of a stop where it turns from closing to opening next to a place on a flight; none where it does not turn there.
+    pub fn least_gap_near(&self, stop: usize, (flight, part): (usize, f64)) -> Result<Option<f64>> {
         let contacts = contacts(self.scene);
         let looks = Looks {
             along: self,
             contacts: &contacts,
         };
-        let flights = self.flights;
-        let flight = flights.partition_point(|own| own.start <= time).max(1) - 1;
-        let own = &flights[flight];
+        let own = &self.flights[flight];
         let quantity = self.scene.n_dof() + stop;
         let at = |local: f64| Ok(looks.at(flight, local, quantity)?.map(|x| -x));
-        let (local, mut reach) = ((time - own.start).min(own.span), NEAR * own.span);
-        loop {
-            let ends = [-reach, reach].map(|off| (local + off).clamp(0.0, own.span));
-            let rates = [at(ends[0])?[1], at(ends[1])?[1]];
-            if rates[0] > 0.0 && rates[1] < 0.0 {
-                return Ok(Some(-turn(at, ends, rates)?.1));
+        // From the place back to where it closes, and on to where it opens.
+        let place = part * own.span;
+        let end = |way: f64| -> Result<Option<(f64, f64)>> {
+            let (mut local, mut reach) = (place, NEAR * own.span);
+            loop {
+                let rate = at(local)?[1];
+                if rate * way < 0.0 {
+                    return Ok(Some((local, rate)));
+                }
+                if local <= 0.0 && way < 0.0 || local >= own.span && way > 0.0 {
+                    return Ok(None);
+                }
+                local = (place + way * reach).clamp(0.0, own.span);
+                reach *= 2.0;
             }
-            if reach >= own.span {
-                return Ok(None);
-            }
-            reach *= 2.0;
-        }
+        };
+        let (Some(low), Some(high)) = (end(-1.0)?, end(1.0)?) else {
+            return Ok(None);
+        };
+        let (_, least) = turn(at, [low.0, high.0], [low.1, high.1])?;
+        Ok(Some(-least))
     }
 
     /// Whether a stop is hit, or held.

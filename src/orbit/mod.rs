@@ -49,7 +49,9 @@ pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use pulse_kernel::{Kernel, LinearisedPulses};
 pub(crate) use pulses::{PulseTrain, Pulses};
-pub(crate) use shooting::closure::{OF_INTEGRATED, Shooting, ShootingState, Units as ScaledUnits};
+pub(crate) use shooting::closure::{
+    Clocked, OF_INTEGRATED, Shooting, ShootingState, Units as ScaledUnits,
+};
 pub(crate) use shooting::find::{begun, check_landings};
 pub(crate) use shooting::guess::folded;
 pub(crate) use shooting::guess_instants::instants_of;

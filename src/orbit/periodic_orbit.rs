@@ -350,10 +350,21 @@ impl PeriodicOrbit {
         Ok(all.iter().map(|own| own.value).collect())
     }
 
-    /// The gap of a stop where it turns from closing to opening next to a time; none where it does not turn there.
-    pub(crate) fn least_gap_near(&self, stop: usize, time: f64) -> Result<Option<f64>> {
-        self.walked()
-            .least_gap_near(stop, time.rem_euclid(self.period))
+    /// The gap of a stop where it turns from closing to opening next to a place on a flight; none where it does not turn there, or there is no
+    /// such flight.
+    pub(crate) fn least_gap_near(&self, stop: usize, place: (usize, f64)) -> Result<Option<f64>> {
+        if place.0 >= self.flights.len() {
+            return Ok(None);
+        }
+        self.walked().least_gap_near(stop, place)
+    }
+
+    /// The flight that a time is on, and how far along it, in parts of its span.
+    pub(crate) fn place_on_flight(&self, time: f64) -> (usize, f64) {
+        let time = time.rem_euclid(self.period);
+        let flight = self.flights.partition_point(|own| own.start <= time).max(1) - 1;
+        let own = &self.flights[flight];
+        (flight, ((time - own.start) / own.span).min(1.0))
     }
 
     fn walked(&self) -> Along<'_> {

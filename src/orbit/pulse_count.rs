@@ -146,7 +146,7 @@ mod tests {
                         begun(&scene, Guess::Orbit(orbit), None).expect("a loop");
                     let modal = Arc::new(ModalScene::new(&scene, "a test").expect("linear"));
                     let period = orbit.period();
-                    let pulses = Pulses::new(&scene, &modal, &signature.stages, period);
+                    let pulses = Pulses::new(&scene, &modal, (&signature.stages, period), None);
                     let pulses = pulses.expect("its modes decay");
                     let train = pulses.train(&state.times, &state.states);
                     let units = Units {

@@ -58,7 +58,7 @@ impl Kernel {
     pub fn new(pulses: &Pulses, train: &PulseTrain, before: &[ModalState]) -> Self {
         let (modal, count) = (&pulses.modal, pulses.len());
         let source = |(hit, change): (&Hit, &f64)| -> Vec<[Pair; 2]> {
-            let each = pulses.blocks.iter().zip(&hit.jump);
+            let each = pulses.decay.blocks.iter().zip(&hit.jump);
             let both = each.map(|(block, &jump)| {
                 let slide = times(&block.matrix(), jump);
                 [jump, slide.map(|x| x * change)]
@@ -71,7 +71,8 @@ impl Kernel {
             let modes = pulses.modal_multipliers()[*b];
             modes.iter().any(|mode| mode.norm() > QUIET)
         };
-        let (loud, silent): (Vec<usize>, Vec<usize>) = (0..pulses.blocks.len()).partition(is_loud);
+        let (loud, silent): (Vec<usize>, Vec<usize>) =
+            (0..pulses.decay.blocks.len()).partition(is_loud);
         let mut rows = Vec::with_capacity(count * count);
         let mut quiet = Vec::with_capacity(count * count);
         let mut rates = Vec::with_capacity(count);
@@ -94,7 +95,7 @@ impl Kernel {
                                 sum[c][k] += row[0] * z[0] + row[1] * z[1];
                             }
                         }
-                        left = left.map(|z| times(&pulses.once[b], z));
+                        left = left.map(|z| times(&pulses.decay.once[b], z));
                     }
                 }
                 quiet.push(sums);
@@ -140,7 +141,7 @@ impl Kernel {
             };
             let mut seen: Vec<[[T; 2]; 2]> = (0..count).map(seen_of_quiet).collect();
             for (b, sources) in self.sources[j].iter().enumerate() {
-                let [[p, q], [r, s]] = pulses.one_minus[self.loud[b]];
+                let [[p, q], [r, s]] = pulses.decay.one_minus[self.loud[b]];
                 let (p, s) = (off.clone() + T::from_real(p), off.clone() + T::from_real(s));
                 let det = p.clone() * s.clone() - T::from_real(q * r);
                 for (k, source) in sources.iter().enumerate() {

@@ -7,7 +7,7 @@ use crate::flow::{ModalScene, along};
 use crate::hybrid::joined;
 use crate::impact::wrapped;
 use crate::linalg::plane::{Pair, plus, times};
-use crate::modal::{Block, Form, ModalState, Response};
+use crate::modal::{Block, Form, ModalForm, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
 use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
 use crate::orbit::flights::{Flight, OrbitData};
@@ -15,6 +15,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::Units;
 use nalgebra::{Complex, DVector};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A mode of which more than this is left after a period does not decay: near the circle its pulses have no end in sight.
@@ -38,15 +39,41 @@ pub(crate) struct Pulses {
     phase: f64,
     period: f64,
     pub(super) hits: Vec<Hit>,
-    pub(super) blocks: Vec<Block>,
+    pub(super) decay: Arc<Decay>,
     /// Of each force that turns its steady response, and that to the load.
     steady: Vec<Vec<Response>>,
     rest: Vec<Pair>,
+}
+
+/// What a period leaves of modes, which scenes share whose system and period are the same.
+pub(super) struct Decay {
+    pub blocks: Vec<Block>,
     /// The multipliers of each mode.
     multipliers: Vec<Response>,
     /// `e^{A T}`, and what it lacks to one.
-    pub(super) once: Vec<[Pair; 2]>,
-    pub(super) one_minus: Vec<[Pair; 2]>,
+    pub once: Vec<[Pair; 2]>,
+    pub one_minus: Vec<[Pair; 2]>,
+}
+
+impl Decay {
+    /// That of modes that decay; none of others.
+    fn new(form: &ModalForm, period: f64) -> Option<Self> {
+        let Form::Blocks(blocks) = &form.form else {
+            return None;
+        };
+        let multipliers = blocks
+            .iter()
+            .map(|block| block.roots().map(|root| (root * period).exp()));
+        let multipliers: Vec<Response> = multipliers.collect();
+        let mut each = multipliers.iter().flatten();
+        let each_of = |of: &dyn Fn(&Block) -> [Pair; 2]| blocks.iter().map(of).collect();
+        each.all(|mode| mode.norm() < DECAYS).then(|| Self {
+            multipliers,
+            once: each_of(&|block| block.propagator(period)),
+            one_minus: each_of(&|block| block.one_minus_propagator(period)),
+            blocks: blocks.clone(),
+        })
+    }
 }
 
 /// The times of impulses, and by how much each changes the speed along its stop, in parts of the largest part of n.
@@ -58,16 +85,16 @@ pub(crate) struct PulseTrain {
 
 impl Pulses {
     /// The equations in a scene, from a phase of its forcing at time zero; `None` where they do not say all: stops are held or struck
-    /// together, impacts accumulate, a mode does not decay, nothing gives a period.
+    /// together, impacts accumulate, a mode does not decay, nothing gives a period. What others have that the scene shares is taken from them.
     pub fn new(
         scene: &Scene,
         modal: &Arc<ModalScene>,
-        stages: &[ContactStage],
-        period: f64,
+        (stages, period): (&[ContactStage], f64),
+        others: Option<&Self>,
     ) -> Option<Self> {
-        let Form::Blocks(blocks) = &modal.form.form else {
+        if !modal.signals.is_empty() {
             return None;
-        };
+        }
         let contacts = contacts(scene);
         let mut hits = Vec::with_capacity(stages.len());
         for stage in stages {
@@ -91,14 +118,13 @@ impl Pulses {
                 jump: jumps.map(|z| z.map(|x| x * size / weight)).collect(),
             });
         }
-        let multipliers = blocks
-            .iter()
-            .map(|block| block.roots().map(|root| (root * period).exp()));
-        let multipliers: Vec<Response> = multipliers.collect();
-        let mut each = multipliers.iter().flatten();
-        if !each.all(|mode| mode.norm() < DECAYS) || !modal.signals.is_empty() {
-            return None;
-        }
+        let is_shared =
+            |own: &&Self| own.period == period && Arc::ptr_eq(&own.modal.form, &modal.form);
+        let decay = match others.filter(is_shared) {
+            Some(own) => Arc::clone(&own.decay),
+            None => Arc::new(Decay::new(&modal.form, period)?),
+        };
+        let blocks = &decay.blocks;
         let of = |(w, force): (f64, &[Response])| -> Vec<Response> {
             let each = blocks.iter().zip(force);
             each.map(|(block, &f)| block.steady(w, f)).collect()
@@ -107,21 +133,12 @@ impl Pulses {
         let rest =
             loads.map(|(block, load)| block.steady(0.0, load.map(Complex::from)).map(|z| z.re));
         Some(Self {
-            multipliers,
             phase: scene.phase(),
             period,
             hits,
             steady: modal.harmonics().map(of).collect(),
             rest: rest.collect(),
-            once: blocks
-                .iter()
-                .map(|block| block.propagator(period))
-                .collect(),
-            one_minus: blocks
-                .iter()
-                .map(|block| block.one_minus_propagator(period))
-                .collect(),
-            blocks: blocks.clone(),
+            decay,
             modal: Arc::clone(modal),
         })
     }
@@ -133,7 +150,7 @@ impl Pulses {
 
     /// The multipliers of each mode.
     pub fn modal_multipliers(&self) -> &[Response] {
-        &self.multipliers
+        &self.decay.multipliers
     }
 
     /// What deviations of a train that come back multiplied make of the states behind its impacts, each at its moved time: deviations of changes
@@ -157,7 +174,12 @@ impl Pulses {
         });
         let mut all: Vec<ModalState> = each.collect();
         for (j, hit) in self.hits.iter().enumerate() {
-            let each = self.blocks.iter().zip(&hit.jump).zip(&self.one_minus);
+            let each = self
+                .decay
+                .blocks
+                .iter()
+                .zip(&hit.jump)
+                .zip(&self.decay.one_minus);
             let left: Vec<Pair> = each
                 .map(|((block, &jump), one_minus)| {
                     let slide = times(&block.matrix(), jump);
@@ -172,7 +194,7 @@ impl Pulses {
             for (i, state) in all.iter_mut().enumerate() {
                 let factor = if j < i { multiplier } else { 1.0 };
                 let flights = self.flights(&train.times, i, j);
-                for ((z, flight), left) in state.iter_mut().zip(&flights).zip(&left) {
+                for ((z, flight), left) in state.iter_mut().zip(flights.iter()).zip(&left) {
                     *z = plus(*z, times(flight, *left).map(|x| -x * factor));
                 }
             }
@@ -195,7 +217,7 @@ impl Pulses {
             let turned = self.steady.iter().zip(&phasors);
             self.rest[b][c] + turned.map(|(all, u)| (all[b][c] * u).re).sum::<f64>()
         };
-        let each = (0..self.blocks.len()).map(|b| [part(b, 0), part(b, 1)]);
+        let each = (0..self.decay.blocks.len()).map(|b| [part(b, 0), part(b, 1)]);
         ModalState::from(each.collect::<Vec<_>>())
     }
 
@@ -206,21 +228,20 @@ impl Pulses {
     }
 
     /// `e^{A tau}` of all blocks, tau the time since impact j at impact i.
-    pub(super) fn flights(&self, times: &[f64], i: usize, j: usize) -> Vec<[Pair; 2]> {
+    pub(super) fn flights(&self, times: &[f64], i: usize, j: usize) -> Cow<'_, [[Pair; 2]]> {
         if i == j {
-            return self.once.clone();
+            return Cow::Borrowed(&self.decay.once);
         }
         let tau = self.since(times, i, j);
-        self.blocks
-            .iter()
-            .map(|block| block.propagator(tau))
-            .collect()
+        let each = self.decay.blocks.iter();
+        each.map(|block| block.propagator(tau)).collect()
     }
 
     /// What is left of an impulse on the stop of impact j that is repeated each period, right behind it.
     fn repeated(&self, j: usize) -> impl Iterator<Item = Pair> {
         let jumps = self.hits[j].jump.iter();
-        self.one_minus
+        self.decay
+            .one_minus
             .iter()
             .zip(jumps)
             .map(|(m, &jump)| solve(*m, jump))
@@ -234,7 +255,7 @@ impl Pulses {
             let behind: Vec<Pair> = self.repeated(j).collect();
             for (i, state) in all.iter_mut().enumerate() {
                 let flown = self.flights(&train.times, i, j);
-                for ((z, flight), start) in state.iter_mut().zip(&flown).zip(&behind) {
+                for ((z, flight), start) in state.iter_mut().zip(flown.iter()).zip(&behind) {
                     let moved = times(flight, *start).map(|x| -x * train.changes[j]);
                     *z = plus(*z, moved);
                 }
@@ -261,7 +282,7 @@ impl Pulses {
     /// The train of a motion from the states behind its impacts: what each flight ends with is turned by the next impulse.
     pub fn train(&self, instants: &[f64], after: &[DVector<f64>]) -> PulseTrain {
         let count = self.len();
-        let n = self.blocks.len();
+        let n = self.decay.blocks.len();
         let after = after.iter().map(|x| {
             let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
             self.modal.form.to_modal(&q, &v)
@@ -287,6 +308,7 @@ impl Pulses {
     fn flown(&self, state: &ModalState, start: f64, span: f64) -> ModalState {
         let (from, to) = (self.steady_at(start), self.steady_at(start + span));
         let each = self
+            .decay
             .blocks
             .iter()
             .zip(&state[..])

@@ -233,6 +233,36 @@ pub(crate) fn _branches(
         .collect())
 }
 
+/// The border towards which grazes accumulate; none of elastic impacts.
+#[pyfunction]
+pub(crate) fn _accumulation(
+    py: Python<'_>,
+    point: SpecialGiven,
+    orbit: &Bound<'_, PyOrbit>,
+    name: Option<String>,
+    make: Option<Py<PyAny>>,
+    between: (f64, f64),
+    #[pyo3(from_py_with = argument::progress)] progress: bool,
+) -> PyResult<Option<OutSpecial>> {
+    let parameter = point.1;
+    let Some(special) = special_of(point, orbit.get().0.clone()) else {
+        return Ok(None);
+    };
+    let scene = special.orbit.scene().clone();
+    let varied = varied(&scene, name.as_deref(), make.as_ref(), Some(parameter))?;
+    let raised = Mutex::new(None);
+    let found = interrupt::run(py, progress, |observe| {
+        let make = |value: f64| varied.scene(&scene, value, &raised);
+        let observer = &mut |value: f64| observe((value - between.0) / (between.1 - between.0));
+        match varied {
+            Varied::Energy => Ok(None),
+            _ => branch::accumulation_of(&special, &make, between, observer),
+        }
+    });
+    let found = raised_or(found, raised)?;
+    found.map(|own| out_special(py, own)).transpose()
+}
+
 /// The scene of a value, from that of an orbit which is that of another.
 #[pyfunction]
 pub(crate) fn _scene_at(
@@ -306,21 +336,7 @@ fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<Out<'_>
         is_closed,
         ..
     } = found.branch;
-    let special = special.into_iter().map(|own| {
-        let orbit = Py::new(py, PyOrbit(own.orbit))?;
-        let (kind, error) = (own.kind.name(), own.error);
-        Ok((
-            kind,
-            own.parameter,
-            error,
-            own.arclength,
-            orbit,
-            own.stop,
-            own.time,
-            own.rotation,
-            own.direction.as_slice().to_vec(),
-        ))
-    });
+    let special = special.into_iter().map(|own| out_special(py, own));
     let orbits = orbits.into_iter().map(|orbit| Py::new(py, PyOrbit(orbit)));
     let end = |BranchEnd { reason, detail }: BranchEnd| (EndReason::name(reason), detail);
     Ok((
@@ -335,5 +351,19 @@ fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<Out<'_>
         ends.into_iter().map(end).collect(),
         is_closed,
         raised,
+    ))
+}
+
+fn out_special(py: Python<'_>, own: Special) -> PyResult<OutSpecial> {
+    Ok((
+        own.kind.name(),
+        own.parameter,
+        own.error,
+        own.arclength,
+        Py::new(py, PyOrbit(own.orbit))?,
+        own.stop,
+        own.time,
+        own.rotation,
+        own.direction.as_slice().to_vec(),
     ))
 }

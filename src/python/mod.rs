@@ -54,7 +54,7 @@ mod _core {
     #[pymodule_export]
     use super::basin::_basin_cells;
     #[pymodule_export]
-    use super::branch::{_branches, _continuation, _scene_at};
+    use super::branch::{_accumulation, _branches, _continuation, _scene_at};
     #[pymodule_export]
     use super::curve::_bifurcation_curve;
     #[pymodule_export]

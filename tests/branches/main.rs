@@ -1,5 +1,6 @@
 //! Branches of periodic motions over a number of their scene.
 
+mod accumulation;
 mod closed_form;
 mod curves;
 mod ends;

@@ -250,3 +250,38 @@ fn bad_numbers_are_refused() {
     let none = derivatives(&orbit, &[]).expect("nothing to do");
     assert_eq!(none.q0.shape(), (1, 0));
 }
+
+#[test]
+fn a_multiplier_that_is_alone_has_one_however_large() {
+    // Just above where the impact has no speed: it multiplies deviations by something like 1/speed.
+    let lost = 4.766_046_580_17;
+    let slowest = |force: f64| {
+        let found = periodic_orbits(&one_stop(force, 2.4, 1.0), &Pattern::single(0), &periods(1));
+        let found = found.expect("a search");
+        let speed = |own: &&PeriodicOrbit| own.impacts()[0].approach.abs();
+        let slow = found.iter().min_by(|a, b| speed(a).total_cmp(&speed(b)));
+        slow.expect("one").clone()
+    };
+    let largest = |force: f64| {
+        let orbit = slowest(force);
+        let stability = orbit.stability().expect("multipliers");
+        stability.orders[0].multipliers[0].re
+    };
+    let mut huge = 0;
+    for above in [1e-3, 1e-4, 1e-5, 3e-6] {
+        let force = lost * (1.0 + above);
+        let found = derivatives(&slowest(force), &[Parameter::ForcingScale]).expect("an answer");
+        assert!(found.reason.is_empty(), "{above}: {}", found.reason);
+        let own = found.multipliers[(0, 0)];
+        let step = 0.02 * above;
+        let difference =
+            |h: f64| (largest(force * (1.0 + h)) - largest(force * (1.0 - h))) / (2.0 * h);
+        let expected = (4.0 * difference(step) - difference(2.0 * step)) / 3.0;
+        assert!(
+            (own.re / expected - 1.0).abs() < 1e-4,
+            "{above}: {own} {expected}"
+        );
+        huge += usize::from(largest(force).abs() > 1e5);
+    }
+    assert!(huge > 0);
+}

@@ -577,6 +577,61 @@ class TestBeyond:
             lost.beyond(**{name: value})
 
 
+class TestAccumulation:
+    RANGE = (0.0, 0.5)
+
+    @staticmethod
+    def before(clearance):
+        return vi.Scene(vi.LinearSystem(1.0, 0.0, 1.0), vi.Harmonic([1.0], 0.5), vi.Stop(0, clearance, 0.5))
+
+    @pytest.fixture(scope="class")
+    def graze(self):
+        scene = self.before(0.25)
+        orbit = vi.find_orbit(scene, vi.simulate(scene, [-0.5], [0.0], (0, 80 * scene.period)))
+        return vi.continuation(orbit, "clearance", self.RANGE, direction="down").special[0]
+
+    def test_the_border_is_where_bisection_has_it(self, graze):
+        border = graze.accumulation()
+        assert (border.kind, border.stop, border.parameter_name) == ("chatter_border", 0, "clearance")
+        # Whether the impacts behind a release come to rest before the next, by halves in 34 digits.
+        assert abs(border.parameter - 0.23146102702904454) < border.error < 1e-7
+        assert len(border.orbit.impacts) > len(graze.orbit.impacts) + 6
+        assert np.isnan(border.arclength) and border.branches() == []
+        assert "chatter_border" in repr(pickle.loads(pickle.dumps(border)))
+
+    def test_a_callable_gives_what_the_name_gives(self, graze):
+        orbit = vi.find_orbit(self.before(0.245), graze.orbit)
+        found = vi.continuation(orbit, self.before, self.RANGE, start=0.245, direction="down").special[0]
+        border, other = found.accumulation(), graze.accumulation()
+        assert abs(border.parameter - other.parameter) <= border.error + other.error
+
+    def test_what_does_not_accumulate(self, graze):
+        branch = vi.continuation(orbit(), "forcing_scale", (0.1, 1.5))
+        lost = branch.special[0]
+        with pytest.raises(ValueError, match=r"special is lost_impact, but it must be a graze"):
+            lost.accumulation()
+        free = next(own for own in lost.branches() if not len(own.orbit.impacts))
+        touch = vi.continuation(free, "forcing_scale", (0.1, 1.5), direction="up").special[-1]
+        assert touch.kind == "graze"
+        assert touch.accumulation() is None
+
+    def test_it_is_broken_off(self, graze):
+        calls = 0
+
+        def made(clearance):
+            nonlocal calls
+            calls += 1
+            if calls > 400:
+                signal.raise_signal(signal.SIGINT)
+            return self.before(clearance)
+
+        orbit = vi.find_orbit(self.before(0.245), graze.orbit)
+        found = vi.continuation(orbit, made, self.RANGE, start=0.245, direction="down").special[0]
+        assert calls < 400
+        with pytest.raises(KeyboardInterrupt):
+            found.accumulation()
+
+
 class TestInterrupt:
     def test_a_branch_that_is_broken_off_on_its_way_up_does_not_go_down(self):
         count = 0

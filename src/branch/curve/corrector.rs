@@ -1,6 +1,6 @@
 //! Newton's method back to a curve, and the direction in which it goes on.
 
-use crate::branch::corrector::{Attempt, Missed, attempted, met};
+use crate::branch::corrector::{Attempt, Missed, attempted, is_sharp, met};
 use crate::branch::curve::plane::{Conditions, Plane, Spot};
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector};
@@ -58,7 +58,9 @@ impl Plane<'_> {
         let mut gone: DVector<f64> = DVector::zeros(normal.len());
         let (mut first, mut near): (_, Option<Conditions>) = (None, None);
         let mut contraction = 0.0;
-        for _ in 0..=MOST_CORRECTIONS {
+        let mut last = f64::INFINITY;
+        for corrections in 0..=MOST_CORRECTIONS {
+            let is_last = corrections == MOST_CORRECTIONS;
             if let Some(instant) = met(&spot.place) {
                 let value = value(&spot);
                 return Ok(Err(Missed::Met { value, instant }));
@@ -82,7 +84,10 @@ impl Plane<'_> {
                 Some(first) if contraction == 0.0 && first > 1e-8 => contraction = left / first,
                 Some(_) => {}
             }
-            let is_there = conditions.mismatch <= ORBIT_CLOSED && left <= SETTLED;
+            let mismatch = conditions.mismatch;
+            let is_sharp = is_last || is_sharp(mismatch, [last, left]);
+            let is_there = mismatch <= ORBIT_CLOSED && left <= SETTLED && is_sharp;
+            last = left;
             let conditions = if is_there {
                 self.conditions(&spot)
             } else {

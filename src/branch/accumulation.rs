@@ -1,0 +1,202 @@
+//! The border of a chatter from the side of the impacts, where grazes accumulate (theory 19, "Chatter border").
+
+use crate::branch::border::Bounces;
+use crate::branch::continued::continuation_of;
+use crate::branch::end::EndReason;
+use crate::branch::family::{Family, span_of};
+use crate::branch::options::ContinuationOptions;
+use crate::branch::special::{Special, SpecialKind};
+use crate::branch::switching::born_at;
+use crate::error::{Error, Result};
+use crate::model::{Parameter, Scene, with_value};
+use std::ops::ControlFlow;
+
+/// Impacts that are born one after another, at the most; grazes of which the limit has two digits.
+const MOST_BORN: usize = 40;
+const ENOUGH: usize = 6;
+/// Grazes accumulate if each is nearer to the next by the factor of bounces that just come to rest, to this part of what it has above 1.
+const LIKE_BOUNCES: f64 = 0.2;
+/// Grazes no farther from each other than this part of the range are known no better themselves.
+const NEXT: f64 = 1e-10;
+
+/// The border of a chatter towards which the grazes accumulate of which this is one: behind each an impact more is born, at the end of those
+/// that become ever slower. None where they do not accumulate. From the graze to the branch that is born there, to its graze, and so on, up
+/// to 40 times; the border is extrapolated, and its error is by how much the last steps of that change the limit.
+///
+/// `between` is the range of the branch; `observer` is called with each value reached. The orbit is the last one that touches; the arclength
+/// is not a number, as the border is on none of the branches.
+///
+/// # Errors
+/// A special point that is no graze; as [`continuation`](crate::continuation); [`Error::Interrupted`].
+///
+/// # References
+/// Theory section 19, "Chatter border"; C. J. Budd and F. Dux, Phil. Trans. R. Soc. A 347 (1994) 365.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{ContinuationOptions, Heading, Parameter, accumulation, continuation, find_orbit, simulate};
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Harmonic, LinearSystem, Scene, SimulateOptions, Stop};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![1.0.into()], 0.5, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 0.25, 0.5)?])?;
+/// let until = 40.0 * scene.period().expect("forced");
+/// let run = simulate(&scene, &dvector![-0.5], &dvector![0.0], (0.0, until), &SimulateOptions::default())?;
+/// let orbit = find_orbit(&scene, &run, None)?;
+/// let (parameter, range) = (Parameter::Clearance, (0.0, 0.5));
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let down = ContinuationOptions { heading: Heading::Down, ..Default::default() };
+/// let branch = continuation(&orbit, parameter, range, &down, go_on)?;
+/// let graze = &branch.special[0];
+/// let border = accumulation(graze, parameter, range, go_on)?.expect("they accumulate");
+/// assert!(border.parameter < graze.parameter && border.error < 1e-6);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn accumulation(
+    special: &Special,
+    parameter: Parameter,
+    between: (f64, f64),
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Option<Special>> {
+    let scene = special.orbit.scene();
+    let unit = if parameter.is_factor() {
+        special.parameter
+    } else {
+        1.0
+    };
+    let make = |value: f64| with_value(scene, parameter, value / unit);
+    accumulation_of(special, &make, between, observer)
+}
+
+/// The same over scenes of any kind, one for each value.
+///
+/// # Errors
+/// As [`accumulation`]; what `make` says.
+pub fn accumulation_of(
+    special: &Special,
+    make: &dyn Fn(f64) -> Result<Scene>,
+    between: (f64, f64),
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Option<Special>> {
+    let (SpecialKind::Graze, Some(stop)) = (special.kind, special.stop) else {
+        let rule = "it must be a graze, behind which an impact more is born";
+        return Err(Error::bad_value("special", special.kind.name(), rule));
+    };
+    let mut last = special.clone();
+    let mut values = vec![special.parameter];
+    while values.len() <= MOST_BORN {
+        let Some(next) = next_graze(&last, make, between, observer)? else {
+            break;
+        };
+        let way = next.parameter - last.parameter;
+        let is_back = values.len() > 1 && way * (last.parameter - values[values.len() - 2]) <= 0.0;
+        if next.stop != Some(stop) || is_back {
+            break;
+        }
+        values.push(next.parameter);
+        last = next;
+        if way.abs() <= NEXT * span_of(between) {
+            break;
+        }
+    }
+    let restitution = last.orbit.scene().stops()[stop].restitution();
+    let limit = limit(&values, Bounces::of(restitution).growth);
+    Ok(limit.map(|(parameter, error)| Special {
+        kind: SpecialKind::ChatterBorder,
+        parameter,
+        error,
+        arclength: f64::NAN,
+        ..last
+    }))
+}
+
+/// The graze at the other end of the branch that is born at a graze.
+fn next_graze(
+    special: &Special,
+    make: &dyn Fn(f64) -> Result<Scene>,
+    between: (f64, f64),
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Option<Special>> {
+    let Some(touch) = special.stop.zip(special.time) else {
+        return Ok(None);
+    };
+    let (family, place) = Family::around(&special.orbit, make, special.parameter, between)?;
+    let Some(born) = born_at(&family, &place, touch)?.pop() else {
+        return Ok(None);
+    };
+    let options = ContinuationOptions::default();
+    let branch = continuation_of(
+        &born.orbit,
+        make,
+        born.parameter,
+        between,
+        &options,
+        observer,
+    )?;
+    if branch
+        .ends
+        .iter()
+        .any(|end| end.reason == EndReason::Interrupted)
+    {
+        return Err(Error::Interrupted);
+    }
+    let mut grazes = branch.special.into_iter();
+    Ok(grazes.find(|own| own.kind == SpecialKind::Graze))
+}
+
+/// The limit of values whose differences shrink by a factor that comes to a given one, and how far it is known: Aitken's extrapolation, done
+/// twice, up to where it changes least with the second time and with the last value. None of too few, or of others.
+fn limit(values: &[f64], factor: f64) -> Option<(f64, f64)> {
+    let is_like = |x: &[f64]| {
+        let ratio = (x[1] - x[0]) / (x[2] - x[1]);
+        (ratio - factor).abs() < LIKE_BOUNCES * (factor - 1.0)
+    };
+    let once = extrapolated(values);
+    let twice = extrapolated(&once);
+    let each = (ENOUGH..=values.len()).filter(|&count| is_like(&values[count - 3..count]));
+    let each = each.map(|count| {
+        let (own, last) = (twice[count - 5], twice[count - 6]);
+        (own, (own - once[count - 3]).abs().max((own - last).abs()))
+    });
+    each.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The limits that each three values that follow each other would have as parts of a geometric sequence.
+fn extrapolated(values: &[f64]) -> Vec<f64> {
+    let each = values.windows(3).map(|x| {
+        let (one, two) = (x[1] - x[0], x[2] - x[1]);
+        x[2] - two * two / (two - one)
+    });
+    each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_is_that_of_values_that_come_nearer_by_the_factor() {
+        // What is left after k steps: 0.8^-k, and less of 0.64^k as it goes on.
+        let value = |k: i32| 0.3 + 0.01 * 0.8f64.powi(k) - 0.004 * 0.64f64.powi(k);
+        let values: Vec<f64> = (0..30).map(value).collect();
+        let (found, error) = limit(&values, 1.25).expect("a limit");
+        assert!((found - 0.3).abs() <= error && error < 1e-7, "{error:e}");
+        assert!(limit(&values[..5], 1.25).is_none());
+        assert!(limit(&values, 2.0).is_none());
+        // Evenly spaced, and of elastic impacts.
+        let even: Vec<f64> = (0..10).map(f64::from).collect();
+        assert!(limit(&even, 1.25).is_none() && limit(&even, 1.0).is_none());
+    }
+
+    #[test]
+    fn rounding_of_the_last_values_is_left_out() {
+        let value = |k: i32| 0.3 + 0.01 * 0.5f64.powi(k) + if k > 18 { 1e-9 } else { 0.0 };
+        let values: Vec<f64> = (0..24).map(value).collect();
+        let (found, error) = limit(&values, 2.0).expect("a limit");
+        assert!(
+            (found - 0.3).abs() <= 1e-10 && error < 1e-10,
+            "{found} {error:e}"
+        );
+    }
+}
