@@ -9,6 +9,7 @@ use crate::branch::special::{Special, SpecialKind};
 use crate::branch::switching::born_at;
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene, with_value};
+use crate::tolerance::ORBIT_MARGIN;
 use std::ops::ControlFlow;
 
 /// Impacts that are born one after another, at the most; grazes of which the limit has two digits.
@@ -16,6 +17,8 @@ const MOST_BORN: usize = 40;
 const ENOUGH: usize = 6;
 /// Grazes accumulate if each is nearer to the next by the factor of bounces that just come to rest, to this part of what it has above 1.
 const LIKE_BOUNCES: f64 = 0.2;
+/// A gap of this part of the motion is a touch.
+const UNSEEN: f64 = 0.5 * ORBIT_MARGIN;
 /// Grazes no farther from each other than this part of the range are known no better themselves.
 const NEXT: f64 = 1e-10;
 
@@ -91,7 +94,7 @@ pub fn accumulation_of(
         };
         let way = next.parameter - last.parameter;
         let is_back = values.len() > 1 && way * (last.parameter - values[values.len() - 2]) <= 0.0;
-        if next.stop != Some(stop) || is_back {
+        if next.stop != Some(stop) || is_back || !touches(&next)? {
             break;
         }
         values.push(next.parameter);
@@ -109,6 +112,14 @@ pub fn accumulation_of(
         arclength: f64::NAN,
         ..last
     }))
+}
+
+/// Whether a stop is touched at a graze, not passed by less than is seen, as it is where bounces are no higher than that.
+fn touches(special: &Special) -> Result<bool> {
+    let size = special.orbit.max_displacement()?.into_iter();
+    let unseen = UNSEEN * size.fold(0.0, f64::max);
+    let mut all = special.orbit.touches().iter();
+    Ok(all.any(|own| Some(own.stop) == special.stop && own.gap.abs() <= unseen))
 }
 
 /// The graze at the other end of the branch that is born at a graze.
@@ -146,7 +157,7 @@ fn next_graze(
 }
 
 /// The limit of values whose differences shrink by a factor that comes to a given one, and how far it is known: Aitken's extrapolation, done
-/// twice, up to where it changes least with the second time and with the last value. None of too few, or of others.
+/// twice, up to where it changes least with the second time and with the last value and the one before. None of too few, or of others.
 fn limit(values: &[f64], factor: f64) -> Option<(f64, f64)> {
     let is_like = |x: &[f64]| {
         let ratio = (x[1] - x[0]) / (x[2] - x[1]);
@@ -157,7 +168,11 @@ fn limit(values: &[f64], factor: f64) -> Option<(f64, f64)> {
     let each = (ENOUGH..=values.len()).filter(|&count| is_like(&values[count - 3..count]));
     let each = each.map(|count| {
         let (own, last) = (twice[count - 5], twice[count - 6]);
-        (own, (own - once[count - 3]).abs().max((own - last).abs()))
+        let changes = [own - once[count - 3], own - last, last - once[count - 4]];
+        (
+            own,
+            changes.iter().fold(0.0, |most: f64, x| most.max(x.abs())),
+        )
     });
     each.min_by(|a, b| a.1.total_cmp(&b.1))
 }

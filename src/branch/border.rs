@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 /// A stick shorter than this part of the period has the rounding of its chatter's completion in it.
 const SHORT: f64 = 1e-4;
 /// A border is known no better than this part of the range.
-const KNOWN: f64 = 1e-9;
+const KNOWN: f64 = 3e-9;
 /// Halvings of an interval down to neighbouring doubles.
 const HALVINGS: usize = 60;
 

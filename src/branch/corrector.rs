@@ -135,12 +135,17 @@ impl Family<'_> {
         let mut contraction = 0.0;
         let mut mismatch = f64::INFINITY;
         let mut by_value: Option<ByValue> = None;
+        let meets = |place: &Place| {
+            met(place).map(|instant| Missed::Met {
+                value: place.value,
+                instant,
+            })
+        };
+        if let Some(missed) = meets(&place) {
+            return Ok(Err(missed));
+        }
         for corrections in 0..=MOST_CORRECTIONS {
             let is_last = corrections == MOST_CORRECTIONS;
-            if let Some(instant) = met(&place) {
-                let value = place.value;
-                return Ok(Err(Missed::Met { value, instant }));
-            }
             let equations = match &by_value {
                 Some(by_value) => self.equations_nearby(&place, by_value),
                 None => self.equations(&place),
@@ -185,6 +190,9 @@ impl Family<'_> {
                 Err(missed) => return Ok(Err(missed)),
             };
             (place, gone) = (there, gone.plus(&by));
+            if let Some(missed) = meets(&place) {
+                return Ok(Err(missed));
+            }
             if is_near || is_there {
                 let Some(tangent) = tangent(&equations, normal) else {
                     break;

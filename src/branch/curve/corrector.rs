@@ -59,12 +59,12 @@ impl Plane<'_> {
         let (mut first, mut near): (_, Option<Conditions>) = (None, None);
         let mut contraction = 0.0;
         let mut last = f64::INFINITY;
+        if let Some(instant) = met(&spot.place) {
+            let value = value(&spot);
+            return Ok(Err(Missed::Met { value, instant }));
+        }
         for corrections in 0..=MOST_CORRECTIONS {
             let is_last = corrections == MOST_CORRECTIONS;
-            if let Some(instant) = met(&spot.place) {
-                let value = value(&spot);
-                return Ok(Err(Missed::Met { value, instant }));
-            }
             let conditions = match &near {
                 Some(near) => self.conditions_nearby(&spot, near),
                 None => self.conditions(&spot),
@@ -100,6 +100,10 @@ impl Plane<'_> {
                 Err(missed) => return Ok(Err(missed)),
             };
             gone += &by;
+            if let Some(instant) = met(&spot.place) {
+                let value = value(&spot);
+                return Ok(Err(Missed::Met { value, instant }));
+            }
             if is_there {
                 let Some(tangent) = tangent(&conditions, normal) else {
                     break;
