@@ -269,9 +269,7 @@ class Special(ArrayResult):
         >>> border.kind, border.error < 1e-6
         ('chatter_border', True)
         """
-        found = _core._accumulation(
-            self._given(), self.orbit, self.parameter_name, self._made_by(), self.between, progress
-        )
+        found = _core._accumulation(self._given(), self.orbit, self.parameter_name, self._made_by(), self.between, progress)
         if found is None:
             return None
         return Special._of(found, self.parameter_name, self.between, getattr(self, "_make", None))

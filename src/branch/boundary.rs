@@ -1,5 +1,5 @@
 //! Where a branch comes to a boundary, beyond which its orbits break a rule of contact: between a point that keeps them and one that does
-//! not, by halves.
+//! not, by what is zero there, and by halves.
 
 use crate::branch::corrector::{Attempt, Settled};
 use crate::branch::family::Family;
@@ -9,7 +9,7 @@ use crate::branch::special::{BreachKind, Special, SpecialKind, breach_kind, of_b
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::zero::{Tried, Zero, zero_between};
 use crate::error::Result;
-use crate::orbit::PeriodicOrbit;
+use crate::orbit::{PeriodicOrbit, Touch};
 
 /// Halvings of a step.
 const MOST_HALVINGS: usize = 60;
@@ -18,6 +18,8 @@ const MOST_HALVINGS: usize = 60;
 const LANDED: f64 = 1e-4;
 /// A boundary is known when it lies between points no farther apart than this, in arclength.
 const KNOWN: f64 = 1e-11;
+/// A stop is passed at a touch if it is so near to it, in parts of the period.
+const AT_TOUCH: f64 = 1e-3;
 /// How much farther from where a boundary was expected it is looked for each time.
 const FARTHER: f64 = 16.0;
 
@@ -112,7 +114,16 @@ pub(super) fn located(
         return Ok(found);
     };
     // The touch itself, before what is seen to pass, which is more than rounding.
-    let is_touch = |zero: &Expected| kind == SpecialKind::Graze && zero.along <= high;
+    let is_near =
+        |own: &Touch| own.stop == stop && (own.time - time).abs() <= AT_TOUCH * kept.period();
+    let is_touch = |zero: &Expected| {
+        let touches = zero
+            .point
+            .1
+            .as_ref()
+            .map_or(&[][..], PeriodicOrbit::touches);
+        kind == SpecialKind::Graze && zero.along <= high && touches.iter().any(is_near)
+    };
     if let Some(Zero {
         point: (settled, Some(orbit)),
         error,

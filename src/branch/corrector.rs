@@ -125,6 +125,13 @@ pub(super) fn met(place: &Place) -> Option<usize> {
     flights.position(|(start, ends)| !(ends[0] <= *start && *start < ends[1]))
 }
 
+/// A place with its equations, and the correction that is left.
+struct Nearly {
+    place: Place,
+    equations: Equations,
+    left: Option<Direction>,
+}
+
 impl Family<'_> {
     /// The point of the branch near a place on the plane through it that a direction is normal to: the direction itself at a step along
     /// the branch, that of the parameter at a given value. What changes with the parameter is taken where the way begins and where it ends.
@@ -135,24 +142,26 @@ impl Family<'_> {
         let mut contraction = 0.0;
         let mut mismatch = f64::INFINITY;
         let mut by_value: Option<ByValue> = None;
-        let meets = |place: &Place| {
-            met(place).map(|instant| Missed::Met {
-                value: place.value,
-                instant,
-            })
-        };
-        if let Some(missed) = meets(&place) {
-            return Ok(Err(missed));
-        }
+        // What is closed, to be corrected once more: it serves where that leads nowhere.
+        let mut closed: Option<Nearly> = None;
+        let mut missed = None;
+        let mut value = place.value;
         for corrections in 0..=MOST_CORRECTIONS {
-            let is_last = corrections == MOST_CORRECTIONS;
+            value = place.value;
+            if let Some(instant) = met(&place) {
+                missed = Some(Missed::Met { value, instant });
+                break;
+            }
             let equations = match &by_value {
                 Some(by_value) => self.equations_nearby(&place, by_value),
                 None => self.equations(&place),
             };
             let equations = match attempted(equations, place.value)? {
                 Ok(equations) => equations,
-                Err(missed) => return Ok(Err(missed)),
+                Err(own) => {
+                    missed = Some(own);
+                    break;
+                }
             };
             mismatch = equations.mismatch;
             let right = equations.right.clone().push(-normal.dot(&gone));
@@ -165,52 +174,81 @@ impl Family<'_> {
                 Some(first) if contraction == 0.0 && first > LOUD => contraction = left / first,
                 Some(_) => {}
             }
-            let is_closed = mismatch <= ORBIT_CLOSED;
-            // As near as it comes where branches cross: it stays there.
-            let is_near = is_last && is_closed && last <= NEARLY;
-            let is_sharp = is_last || is_sharp(mismatch, [last, left]);
-            let is_there = is_closed && left <= SETTLED && is_sharp;
-            last = left;
-            let equations = if is_near || is_there {
-                self.renewed(&place, equations)
-            } else {
-                by_value.get_or_insert_with(|| equations.by_value.clone());
-                Ok(equations)
-            };
-            let moved = equations.and_then(|own| {
-                let there = if is_near && !is_there {
-                    place.clone()
-                } else {
-                    self.moved(&place, &own, &by)?
-                };
-                Ok((there, own))
-            });
-            let (there, equations) = match attempted(moved, place.value)? {
-                Ok(moved) => moved,
-                Err(missed) => return Ok(Err(missed)),
-            };
-            (place, gone) = (there, gone.plus(&by));
-            if let Some(missed) = meets(&place) {
-                return Ok(Err(missed));
-            }
-            if is_near || is_there {
-                let Some(tangent) = tangent(&equations, normal) else {
-                    break;
-                };
-                // So short a way changes nothing in them.
-                let equations = self.equations_at(&place, equations)?;
-                return Ok(Ok(Settled {
+            let (is_last, is_closed) = (corrections == MOST_CORRECTIONS, mismatch <= ORBIT_CLOSED);
+            let is_there = is_closed && left <= SETTLED;
+            if is_there && is_sharp(mismatch, [last, left]) {
+                closed = Some(Nearly {
                     place,
                     equations,
-                    tangent,
-                    contraction,
-                }));
+                    left: Some(by),
+                });
+                break;
             }
+            // As near as it comes where branches cross: it stays there.
+            if is_there || is_last && is_closed && last <= NEARLY {
+                closed = Some(Nearly {
+                    place: place.clone(),
+                    equations: equations.clone(),
+                    left: is_there.then(|| by.clone()),
+                });
+            }
+            last = left;
+            by_value.get_or_insert_with(|| equations.by_value.clone());
+            gone = gone.plus(&by);
+            place = match attempted(self.moved(&place, &equations, &by), place.value)? {
+                Ok(place) => place,
+                Err(own) => {
+                    missed = Some(own);
+                    break;
+                }
+            };
         }
-        Ok(Err(Missed::Stalled {
-            value: place.value,
+        let found = match closed {
+            Some(nearly) => self.settled(nearly, normal, contraction)?,
+            None => Ok(None),
+        };
+        let stalled = || Missed::Stalled {
+            value,
             reason: format!("mismatch {}", digits(mismatch)),
-        }))
+        };
+        Ok(found.and_then(|found| found.ok_or_else(|| missed.unwrap_or_else(stalled))))
+    }
+
+    /// A point that a short correction leads to, which changes nothing in its equations; none where they have no direction.
+    fn settled(
+        &self,
+        nearly: Nearly,
+        normal: &Direction,
+        contraction: f64,
+    ) -> Attempt<Option<Settled>> {
+        let Nearly {
+            place,
+            equations,
+            left,
+        } = nearly;
+        let value = place.value;
+        let there = self.renewed(&place, equations).and_then(|equations| {
+            let place = match &left {
+                Some(by) => self.moved(&place, &equations, by)?,
+                None => place,
+            };
+            let equations = self.equations_at(&place, equations)?;
+            Ok((place, equations))
+        });
+        let (place, equations) = match attempted(there, value)? {
+            Ok(there) => there,
+            Err(missed) => return Ok(Err(missed)),
+        };
+        if let Some(instant) = met(&place) {
+            return Ok(Err(Missed::Met { value, instant }));
+        }
+        let tangent = tangent(&equations, normal);
+        Ok(Ok(tangent.map(|tangent| Settled {
+            place,
+            equations,
+            tangent,
+            contraction,
+        })))
     }
 }
 

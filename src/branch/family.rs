@@ -102,13 +102,12 @@ impl<'a> Family<'a> {
 
     /// The scene of a value.
     pub fn scene(&self, value: f64) -> Result<Arc<Scene>> {
-        let scene = match self.recent.of(value, self.phase) {
-            Some(scene) => scene,
-            None => {
-                let scene = (self.make)(value)?;
-                let turned = with_phase(&scene, self.phase, self.signature.depends_on_time)?;
-                self.recent.keep(value, self.phase, turned)
-            }
+        let scene = if let Some(scene) = self.recent.of(value, self.phase) {
+            scene
+        } else {
+            let scene = (self.make)(value)?;
+            let turned = with_phase(&scene, self.phase, self.signature.depends_on_time)?;
+            self.recent.keep(value, self.phase, turned)
         };
         check_landings(&scene, &self.signature.stages)?;
         Ok(scene)

@@ -31,6 +31,15 @@ pub(super) fn meeting(
             let off = (value - met.parameter).abs();
             (low..=high).contains(&value) && off < NEAR * family.span()
         };
+        // What the branch has gone past is not known better than that.
+        let passed = |value: f64| {
+            let off = value - last.place.value;
+            if off * last.tangent.value_part < 0.0 {
+                off.abs()
+            } else {
+                0.0
+            }
+        };
         let is_of_flight = matches!(
             met.kind,
             SpecialKind::LandingBorder | SpecialKind::ReleaseBorder
@@ -45,7 +54,7 @@ pub(super) fn meeting(
                 }) => {
                     let met = Special {
                         parameter: value,
-                        error,
+                        error: error.max(passed(value)),
                         orbit,
                         ..met
                     };
@@ -59,7 +68,7 @@ pub(super) fn meeting(
                 Some((parameter, error)) => {
                     let met = Special {
                         parameter,
-                        error,
+                        error: error.max(passed(parameter)),
                         ..met
                     };
                     (met, true)

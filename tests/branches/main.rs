@@ -15,3 +15,4 @@ mod special;
 mod switching;
 mod symmetry;
 mod two_at_once;
+mod verdicts;

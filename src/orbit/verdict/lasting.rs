@@ -15,10 +15,11 @@ use crate::tolerance::{FORCE_MARGIN, LOW_BOUNCE};
 use std::sync::Arc;
 
 /// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
-/// opening speed at both ends.
+/// opening speed at both ends, which are alike: where a stop is let go, or takes all speed, a long flight may begin with next to none.
 pub(crate) fn is_low_bounce(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
     let at_stop = start[0].abs() <= margin && end[0].abs() <= margin;
-    at_stop && start[1] > 0.0 && end[1] < 0.0 && start[1] * span < LOW_BOUNCE * margin
+    let is_slow = start[1].max(-end[1]) * span < LOW_BOUNCE * margin;
+    at_stop && start[1] > 0.0 && end[1] < 0.0 && is_slow
 }
 
 /// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
