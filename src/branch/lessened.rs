@@ -101,8 +101,9 @@ fn without<'a>(
             let landed = instants[back].clone();
             instants.drain(..=back);
             if instants.is_empty() {
-                // Held for good.
+                // Held for good, from where it had come to rest.
                 let mut always = landed;
+                always.time = always.start;
                 always.stage.event = Event::Nothing;
                 return as_loop(family, place, vec![always]);
             }

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
-    ContinuationOptions, Fourier, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
-    SegmentKind, Special, SpecialKind, Stop, branches, branches_of, continuation_of,
+    ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
+    SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches, branches_of,
+    continuation_of, find_orbit, simulate,
 };
 
 const RANGE: (f64, f64) = (0.2, 6.0);
@@ -266,4 +267,44 @@ fn a_mass_that_is_let_go_for_the_first_time_is_pressed_on_by_as_much_as_it_is_pu
     };
     assert!(flown.is_above && flown.orbit.impacts().len() == 1);
     assert_eq!(flown.orbit.is_admissible(), Some(true));
+}
+
+#[test]
+fn a_release_border_behind_impacts_that_accumulate_is_where_the_force_comes_to_zero() {
+    // Two masses, the first held before its stop: it is let go where the force on it comes to zero, and comes back by ever slower impacts.
+    let (stiff, soft, coupling) = (4.972_053_764, 3.440_796_572, -1.809_635_552);
+    let (damping, forces) = (0.105_098_998, [0.872_470_53, 2.939_966_33]);
+    let (clearance, begin) = (-0.220_144_248, 2.054_384);
+    let force = |w: f64| {
+        let moved = Complex::from(forces[1]) / Complex::new(soft - w * w, w * damping);
+        let held = -(stiff - coupling * coupling / soft) * clearance;
+        held - (forces[0] - moved * coupling).norm()
+    };
+    let (mut low, mut high) = (2.5, 2.6);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if force(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dmatrix![damping, 0.0; 0.0, damping],
+        dmatrix![stiff, coupling; coupling, soft],
+    );
+    let force = Harmonic::new(dvector![forces[0].into(), forces[1].into()], begin, 0.0);
+    let stop = Stop::new(0, clearance, 0.3).expect("valid");
+    let scene = Scene::new(system.expect("valid"), force.expect("valid"), [stop]).expect("valid");
+    let (q, v) = (dvector![-0.6, -0.6], dvector![0.0, 0.0]);
+    let until = 60.0 * scene.period().expect("forced");
+    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let options = ContinuationOptions::default();
+    let branch = followed(&orbit, Parameter::Frequency, (1.5, 2.9), &options);
+    let border = of_kind(&branch.special, SpecialKind::ReleaseBorder).next();
+    let border = border.expect("it comes to an end");
+    let off = (border.parameter - low).abs();
+    assert!(off < 1e-9, "{off:e} {:e}", border.error);
 }
