@@ -1,5 +1,5 @@
 //! A branch of one degree of freedom with one impact over its force, round a fold: the time of all its points, whose number is printed,
-//! beside that of as many orbits found one from another; what is born where its impact has no speed; the curve of its fold over force and
+//! beside that of as many orbits found one from another; what is born where its stop is touched; the curve of its fold over force and
 //! frequency. Branches of many modes. `cargo bench --bench branches`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -54,7 +54,7 @@ fn branches(criterion: &mut Criterion) {
     let ended = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &stop_at, go_on);
     let special = ended.expect("a branch").special;
     let of = |kind: SpecialKind| special.iter().find(|own| own.kind == kind).expect("it");
-    let (fold, lost) = (of(SpecialKind::Fold), special.last().expect("an end"));
+    let (fold, graze) = (of(SpecialKind::Fold), of(SpecialKind::Graze));
     let plane = [Parameter::Frequency, Parameter::ForcingScale];
     let curve = || {
         let go_on = &mut |_| ControlFlow::Continue(());
@@ -66,8 +66,8 @@ fn branches(criterion: &mut Criterion) {
     criterion.bench_function(&format!("a curve of {count} folds"), |b| {
         b.iter(|| black_box(curve()));
     });
-    criterion.bench_function("the branches at a special point", |b| {
-        b.iter(|| black_box(born(lost, Parameter::ForcingScale, (0.2, 5.0)).expect("branches")));
+    criterion.bench_function("the branches at a graze", |b| {
+        b.iter(|| black_box(born(graze, Parameter::ForcingScale, (0.2, 5.0)).expect("branches")));
     });
 }
 
