@@ -83,9 +83,13 @@ def made(force: float) -> vi.Scene:
 def draw(start: vi.Orbit, force: float, output: Path) -> None:
     """Draw all branches that meet, and once more where they do: steps count in parts of the range."""
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
+    close, at = start, force
     for ax, between in zip(axes, ((0.05, 1.2), (0.09996, 0.10002)), strict=True):
-        near = vi.continuation(start, made, (0.05, 1.2), start=force).at(min(between[1], 0.1))
-        tree = vi.branch_tree(near[0], made, between, start=min(between[1], 0.1), depth=1)
+        # From range to range, as points are as far apart as the range is wide.
+        while at > between[1]:
+            beside, at = (0.0999, at), max(between[1], 0.1 + 0.1 * (at - 0.1))
+            close = vi.continuation(close, made, beside, start=beside[1], direction="down").at(at)[0]
+        tree = vi.branch_tree(close, made, between, start=at, depth=1)
         print(f"\n{tree}")
         vi.plot.branch(tree, ax)
         ax.set(xlabel="force F")
