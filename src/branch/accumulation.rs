@@ -8,7 +8,7 @@ use crate::branch::options::ContinuationOptions;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::switching::born_at;
 use crate::error::{Error, Result};
-use crate::model::{Parameter, Scene, with_value};
+use crate::model::{Parameter, Scene};
 use crate::tolerance::ORBIT_MARGIN;
 use std::ops::ControlFlow;
 
@@ -62,14 +62,7 @@ pub fn accumulation(
     between: (f64, f64),
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<Special>> {
-    let scene = special.orbit.scene();
-    let unit = if parameter.is_factor() {
-        special.parameter
-    } else {
-        1.0
-    };
-    let make = |value: f64| with_value(scene, parameter, value / unit);
-    accumulation_of(special, &make, between, observer)
+    accumulation_of(special, &special.scenes_over(parameter), between, observer)
 }
 
 /// The same over scenes of any kind, one for each value.

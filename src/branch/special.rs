@@ -2,7 +2,9 @@
 
 use crate::branch::family::Family;
 use crate::branch::step::Point;
+use crate::error::Result;
 use crate::impact::Impact;
+use crate::model::{Parameter, Scene, with_value};
 use crate::orbit::{Breach, Event, PeriodicOrbit, Rule};
 use nalgebra::DVector;
 
@@ -96,6 +98,16 @@ pub struct Special {
 }
 
 impl Special {
+    /// The scenes of a number, from that of its orbit; factors count from the scene of the branch.
+    pub(super) fn scenes_over(&self, parameter: Parameter) -> impl Fn(f64) -> Result<Scene> + '_ {
+        let unit = if parameter.is_factor() {
+            self.parameter
+        } else {
+            1.0
+        };
+        move |value| with_value(self.orbit.scene(), parameter, value / unit)
+    }
+
     /// Something at a point that is known.
     pub(super) fn at(kind: SpecialKind, point: &Point, error: f64) -> Self {
         Self {

@@ -14,7 +14,7 @@ use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
 use crate::error::{Error, Result};
 use crate::linalg::rank;
-use crate::model::{Parameter, Scene, with_value};
+use crate::model::{Parameter, Scene};
 use crate::orbit::{Event, with_shooting};
 use nalgebra::{DMatrix, dvector};
 
@@ -66,15 +66,7 @@ pub fn branches(
     parameter: Parameter,
     between: (f64, f64),
 ) -> Result<Vec<Candidate>> {
-    let scene = special.orbit.scene();
-    // Factors count from the scene of the branch.
-    let unit = if parameter.is_factor() {
-        special.parameter
-    } else {
-        1.0
-    };
-    let make = |value: f64| with_value(scene, parameter, value / unit);
-    branches_of(special, &make, between)
+    branches_of(special, &special.scenes_over(parameter), between)
 }
 
 /// The same over scenes of any kind, one for each value.
