@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,18 @@ from vibroimpact.special import Candidate, Special
 __all__ = ["Branch", "continuation"]
 
 #: Why a branch ends.
-REASONS = ("range", "closed", "points", "step", "boundary", "domain", "interrupted", "start")
+REASONS = ("range", "closed", "points", "step", "boundary", "doubling", "domain", "interrupted", "start")
 
 Monitor = Callable[[Orbit], float]
+
+
+class _Node(NamedTuple):
+    """A point of a branch, or a fold between two of them."""
+
+    arclength: float
+    parameter: float
+    orbit: Orbit
+    turns: bool  # from it the number goes the same way on both sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +60,9 @@ class Branch(ItemsResult[Orbit]):
         What functions that were asked for give.
     ends : tuple of (str, str), length 2
         Why it ends before its first point and after its last, and the same in words. The reason is "range", "closed", "points",
-        "step" (Newton's method came no further), "boundary" (beyond it a rule of contact is broken), "domain" (there is no
-        scene beyond), "interrupted", or "start" (the orbit that was given, where the branch was followed one way).
+        "step" (Newton's method came no further), "boundary" (beyond it a rule of contact is broken), "doubling" (its two rounds are
+        one there, from which it is doubled: it would come back over itself), "domain" (there is no scene beyond), "interrupted",
+        or "start" (the orbit that was given, where the branch was followed one way).
     is_closed : bool
         Whether its last point is its first one again.
     """
@@ -152,29 +163,41 @@ class Branch(ItemsResult[Orbit]):
             A value that is not finite; a branch made by a callable that was saved, at a value between its points.
         """
         value = finite("value", value)
-        found = [self.orbits[0]] if self.parameter[0] == value else []
-        for k in range(len(self) - 1):
-            here, there = self.parameter[k], self.parameter[k + 1]
-            if there == value:
-                found.append(self.orbits[k + 1])
-            elif min(here, there) < value < max(here, there):
-                found.append(self._between(k, value))
+        nodes = self._nodes()
+        found = [nodes[0].orbit] if nodes[0].parameter == value else []
+        for here, there in itertools.pairwise(nodes):
+            if there.parameter == value:
+                found.append(there.orbit)
+            elif min(here.parameter, there.parameter) < value < max(here.parameter, there.parameter):
+                found.append(self._between((here, there), value))
         return found
 
-    def _between(self, k: int, value: float) -> Orbit:
-        """Return the orbit at a value between a point and the next, from the nearer of them."""
+    def _nodes(self) -> list[_Node]:
+        """Return the points, and the folds between them: from one of these to the next the number goes one way."""
+        ends = {k for k, (reason, _) in zip((0, len(self) - 1), self.ends, strict=True) if reason == "doubling"}
+        points = enumerate(zip(self.arclength, self.parameter, self.orbits, strict=True))
+        nodes = [_Node(float(along), float(value), orbit, k in ends) for k, (along, value, orbit) in points]
+        folds = [own for own in self.special if own.kind == "fold"]
+        nodes += [_Node(own.arclength, own.parameter, own.orbit, True) for own in folds]
+        return sorted(nodes, key=lambda node: node.arclength)
+
+    def _between(self, ends: tuple[_Node, _Node], value: float) -> Orbit:
+        """Return the orbit at a value between two nodes, from the nearer of them; from a fold the number goes the same way on both sides."""
         make = getattr(self, "_make", None)
         if self.parameter_name is None and make is None:
             message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
             raise ValueError(message)
         is_factor = self.parameter_name in ("forcing_scale", "damping_scale")
-        # Of factors none counts from zero.
-        near = min((k, k + 1), key=lambda i: (is_factor and self.parameter[i] == 0.0, abs(self.parameter[i] - value)))
-        start = float(self.parameter[near])
-        up = value > start
+
+        def order(node: _Node) -> tuple[bool, bool, float]:
+            # Of factors none counts from zero.
+            return node.turns, is_factor and node.parameter == 0.0, abs(node.parameter - value)
+
+        near = min(ends, key=order)
+        start, up = near.parameter, value > near.parameter
         way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, None, False)
         part = _core._continuation(
-            self.orbits[near], self.parameter_name, make, start, (min(start, value), max(start, value)), *way
+            near.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way
         )
         return part[0][-1 if up else 0]
 

@@ -13,6 +13,8 @@ pub enum EndReason {
     Step,
     /// Beyond it the orbits break a rule of contact.
     Boundary,
+    /// It has come to the motion of half its period from which it is doubled; beyond that it would come back over itself.
+    Doubling,
     /// Beyond it there is no scene.
     Domain,
     /// The observer broke it off.
@@ -30,6 +32,7 @@ impl EndReason {
             Self::Points => "points",
             Self::Step => "step",
             Self::Boundary => "boundary",
+            Self::Doubling => "doubling",
             Self::Domain => "domain",
             Self::Interrupted => "interrupted",
             Self::Start => "start",

@@ -28,6 +28,7 @@ mod step;
 mod step_size;
 mod switching;
 mod symmetry;
+mod tip;
 mod vanished;
 mod walk;
 mod way;

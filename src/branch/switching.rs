@@ -103,6 +103,12 @@ pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Ve
 /// The branches that meet a branch at a loop of its scenes.
 fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
+        // Of a doubled branch it is the tip, and its direction that of both rounds.
+        (SpecialKind::PeriodDoubling, _)
+            if special.direction.len() > family.n_unknowns(place) + 1 =>
+        {
+            vec![Candidate::at(family, place, special.parameter)?]
+        }
         (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,
         (SpecialKind::Pitchfork, _) => match family.half(place)? {
             Some((half, place)) => found_there(doubled(&half, &place))?,

@@ -11,6 +11,7 @@ use crate::branch::place::{Direction, Place};
 use crate::branch::special::Special;
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
+use crate::branch::tip::{Tip, tip};
 use crate::branch::vanished::{ended, meeting, named};
 use crate::branch::way::Way;
 use crate::error::{Error, Result, digits};
@@ -32,6 +33,8 @@ enum Advance {
     Point(Box<Point>, Vec<Special>, f64),
     /// A boundary, with the last point before it where one was found, and the special ones.
     Boundary(Option<Box<Point>>, Vec<Special>, BranchEnd),
+    /// The tip of a doubled branch.
+    Tip(Box<Point>, Vec<Special>, BranchEnd),
     /// Nothing: a shorter step may come farther, and this is the end where there is none.
     Refused(Missed),
     Distrusted(BranchEnd),
@@ -74,6 +77,11 @@ pub(super) fn walk(
             Ok(Advance::Boundary(last, found, end)) => {
                 special.extend(found);
                 points.extend(last.map(|last| *last));
+                break end;
+            }
+            Ok(Advance::Tip(last, found, end)) => {
+                special.extend(found);
+                points.push(*last);
                 break end;
             }
             Ok(Advance::Point(own, found, factor)) => {
@@ -256,6 +264,16 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         let end = named(end, boundary.as_ref());
         special.extend(boundary);
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
+    }
+    if let Some(Tip { doubling, last }) = tip(family, from, &settled.place)? {
+        let mut special = bifurcations(family, from, &last, last.arclength - from.arclength)?;
+        let detail = format!(
+            "at {} both rounds are one, from which the branch is doubled",
+            digits(doubling.parameter)
+        );
+        special.push(doubling);
+        let end = BranchEnd::new(EndReason::Doubling, detail);
+        return Ok(Advance::Tip(Box::new(last), special, end));
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
     let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;

@@ -12,6 +12,8 @@ use crate::tolerance::{GAP_ROUNDING, TERM_ROUNDINGS};
 
 /// Shortest part of a step that is looked at.
 const SHORTEST: f64 = f64::EPSILON;
+/// Samples of a step among which its lowest gap is sought.
+const SAMPLES: usize = 32;
 /// Newton steps on one root or minimum, bisections among them.
 const MOST_POLISHES: usize = 60;
 
@@ -211,6 +213,34 @@ impl GapSeries {
     /// What rounding leaves unknown of the gap.
     pub fn rounding(&self) -> f64 {
         TERM_ROUNDINGS * self.size
+    }
+
+    /// The same gap where it is known to no more than a margin.
+    pub fn within(&mut self, margin: f64) {
+        self.size = margin / TERM_ROUNDINGS;
+    }
+
+    /// Where the gap is lowest within a span, and how low: at an end, or where its speed changes its sign between samples.
+    pub fn lowest(&self, span: f64) -> (f64, f64) {
+        let (c, mut slopes) = (&self.c[..self.len], [0.0; ROWS]);
+        for (k, c) in c.iter().enumerate().skip(1) {
+            slopes[k - 1] = k as f64 * c;
+        }
+        let slopes = &slopes[..self.len - 1];
+        let time = |k: usize| span * k as f64 / SAMPLES as f64;
+        let turns = (0..SAMPLES).filter_map(|k| {
+            let between = [time(k), time(k + 1)];
+            let [falls, rises] = between.map(|t| value_and_slope(slopes, t).0);
+            (falls < 0.0 && rises > 0.0).then(|| {
+                let guess = between[0] + (between[1] - between[0]) * falls / (falls - rises);
+                bracketed(between, guess, |t| value_and_slope(slopes, t))
+            })
+        });
+        let all = [0.0, span].into_iter().chain(turns);
+        let valued = all.map(|t| (t, self.value(t)));
+        valued.fold((0.0, f64::INFINITY), |least, own| {
+            if own.1 < least.1 { own } else { least }
+        })
     }
 
     /// The time at which a gap was reached that is passed and falls at a time t; `None` for one that is not.

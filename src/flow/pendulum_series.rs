@@ -15,8 +15,6 @@ pub(crate) struct PendulumSeries {
     inertia: DMatrix<f64>,
     coefficients: MotionCoefficients,
     shake: PendulumForcing,
-    mass: Vec<f64>,
-    column: Vec<f64>,
 }
 
 impl PendulumSeries {
@@ -37,8 +35,6 @@ impl PendulumSeries {
                 weight: paired(&(&links.static_moment * links.gravity)),
             },
             shake: PendulumForcing::new(excitation, &links),
-            mass: vec![0.0; n * n],
-            column: vec![0.0; n],
             inertia: links.inertia,
         }
     }
@@ -54,6 +50,11 @@ impl PendulumSeries {
         order * self.n * (self.n + order) + self.n.pow(3)
     }
 
+    /// What does not change with the state.
+    pub fn coefficients(&self) -> &MotionCoefficients {
+        &self.coefficients
+    }
+
     /// Makes the series of motions that have begun, each with the bits that it has by itself.
     pub fn expand<const K: usize>(&self, series: &mut SeriesOf<K>) {
         series.expand(&self.coefficients, &self.shake);
@@ -65,7 +66,7 @@ impl PendulumSeries {
     /// # Errors
     /// A mass matrix that is not positive definite in double precision.
     pub fn begin<const K: usize>(
-        &mut self,
+        &self,
         series: &mut SeriesOf<K>,
         m: usize,
         (at, q, v): (Moment, &[f64], &[f64]),
@@ -83,16 +84,14 @@ impl PendulumSeries {
     }
 
     /// The inverse of the m-th mass matrix at the start.
-    fn invert_mass<const K: usize>(&mut self, series: &mut SeriesOf<K>, m: usize) -> Result<()> {
-        let Self {
-            n,
-            inertia,
-            mass,
-            column,
+    fn invert_mass<const K: usize>(&self, series: &mut SeriesOf<K>, m: usize) -> Result<()> {
+        let (n, inertia) = (self.n, &self.inertia);
+        let SeriesOf {
+            lanes,
+            inverse,
+            scratch,
             ..
-        } = self;
-        let SeriesOf { lanes, inverse, .. } = series;
-        let n = *n;
+        } = series;
         let (sin, cos) = (
             |i: usize| lanes[i / 2].sin[0][i % 2][m],
             |i: usize| lanes[i / 2].cos[0][i % 2][m],
@@ -109,6 +108,7 @@ impl PendulumSeries {
             (inverse.0[1][0][m], inverse.0[1][1][m]) = (-b * scale, a * scale);
             return Ok(());
         }
+        let (mass, column) = scratch.split_at_mut(n * n);
         for i in 0..n {
             for j in 0..n {
                 mass[i * n + j] = entry(i, j);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     /// The series about a moment and a state.
-    fn made(mut of: PendulumSeries, start: (Moment, &[f64], &[f64])) -> SeriesOf<1> {
+    fn made(of: PendulumSeries, start: (Moment, &[f64], &[f64])) -> SeriesOf<1> {
         let mut series = of.room();
         of.begin(&mut series, 0, start).expect("regular");
         of.expand(&mut series);

@@ -64,6 +64,8 @@ pub(crate) struct SeriesOf<const K: usize> {
     pub shaken: ShakenSeries<K>,
     /// Order of the velocities; the positions have one more.
     pub order: usize,
+    /// Room for a mass matrix and a column.
+    pub scratch: Vec<f64>,
 }
 
 impl<const K: usize> SeriesOf<K> {
@@ -75,6 +77,7 @@ impl<const K: usize> SeriesOf<K> {
             angles: [0.0; K],
             shaken: ShakenSeries::default(),
             order,
+            scratch: vec![0.0; n * (n + 1)],
         }
     }
 

@@ -14,7 +14,7 @@ pub(crate) const MOST_ORDER: usize = 24;
 pub(crate) const ROWS: usize = MOST_ORDER + 2;
 
 /// `1/k`, zero for k = 0.
-const RECIPROCALS: [f64; ROWS] = {
+pub(crate) const RECIPROCALS: [f64; ROWS] = {
     let mut all = [0.0; ROWS];
     let mut k = 1;
     while k < ROWS {
@@ -33,8 +33,8 @@ pub(crate) struct Lane<const K: usize> {
     pub sin: [LinkPair<K>; ROWS],
     pub cos: [LinkPair<K>; ROWS],
     /// P and Q of the equations of motion.
-    across: [LinkPair<K>; ROWS],
-    along: [LinkPair<K>; ROWS],
+    pub across: [LinkPair<K>; ROWS],
+    pub along: [LinkPair<K>; ROWS],
     /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
     bent: [LinkPair<K>; 2],
     /// What drives the acceleration of the order in work.
@@ -66,6 +66,12 @@ impl<T> Blocks<T> {
     #[inline]
     fn row(&self, r: usize, lanes: usize) -> &[T] {
         &self.0[2 * r * lanes..2 * (r + 1) * lanes]
+    }
+
+    /// The entries of column j in the rows of the lane of row i.
+    #[inline]
+    pub fn beside(&self, i: usize, j: usize, lanes: usize) -> &T {
+        &self.0[i / 2 * 2 * lanes + j]
     }
 }
 

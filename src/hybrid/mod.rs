@@ -20,8 +20,8 @@ pub(crate) use closed_form::{
 };
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use integrated::{
-    InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum, SeriesStep, Taylor,
-    has_series, series_order,
+    FlightPieces, InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum,
+    SeriesPiece, SeriesStep, Taylor, has_series, series_order,
 };
 pub(crate) use maps::{GapAt, HybridMaps, project_onto};
 pub use segment::{Graze, SegmentKind};

@@ -2,12 +2,12 @@
 //! impacts, the verdict of the rules of contact and the multipliers.
 
 use crate::error::Result;
-use crate::flow::steps::{Dense, DenseOutput};
+use crate::flow::steps::DenseOutput;
 use crate::flow::{ConstrainedMotion, ModalScene, with_flow};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
-    ClosedFormMaps, HybridMaps, IntegratedMaps, OrbitDense, OrbitStep, SegmentKind,
+    ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, SegmentKind,
     constrained_motions, joined,
 };
 use crate::impact::Impact;
@@ -39,8 +39,8 @@ pub(crate) enum OrbitMotion {
     },
     Stepped {
         motion: Arc<IntegratedMaps>,
-        /// The start and the steps of each flight.
-        steps: Arc<Vec<(f64, Vec<OrbitStep>)>>,
+        /// The start and the pieces of each flight.
+        pieces: Arc<Vec<(f64, FlightPieces)>>,
     },
 }
 
@@ -57,14 +57,6 @@ fn arc_span(frequency: f64, start: f64, span: f64) -> ArcSpan {
     ArcSpan { start, span, last }
 }
 
-/// The straight line between two states as one step.
-fn line(h: f64, start: &DVector<f64>, end: &DVector<f64>) -> OrbitStep {
-    let [x, y] = [start, end].map(|state| state.iter().copied().collect());
-    let dense = Dense::line(&x, &y, h);
-    let start = 0.0;
-    OrbitStep { start, h, dense }
-}
-
 /// The inverse of [`paired`].
 fn unpaired(state: &ModalState) -> DVector<f64> {
     let part = |k: usize| state.iter().map(move |z| z[k]);
@@ -79,21 +71,21 @@ impl OrbitMotion {
         Ok(Self::Modal { modal, held })
     }
 
-    /// The steps of the flights of any scene.
+    /// The pieces of the flights of any scene.
     pub fn stepped(motion: Arc<IntegratedMaps>, flights: &[Flight]) -> Result<Self> {
-        let steps = |flight: &Flight| {
+        let pieces = |flight: &Flight| {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
             // The rest of impacts that accumulate is a line.
-            let steps = if flight.mode.kind == SegmentKind::Chatter {
-                vec![line(flight.span, &state, &end)]
+            let pieces = if flight.mode.kind == SegmentKind::Chatter {
+                FlightPieces::line(flight.span, &state, &end)
             } else {
-                motion.steps(flight.mode.held(), span, &state)?
+                motion.pieces(flight.mode.held(), span, &state)?
             };
-            Ok((flight.start, steps))
+            Ok((flight.start, pieces))
         };
-        let steps = Arc::new(flights.iter().map(steps).collect::<Result<Vec<_>>>()?);
-        Ok(Self::Stepped { motion, steps })
+        let pieces = Arc::new(flights.iter().map(pieces).collect::<Result<Vec<_>>>()?);
+        Ok(Self::Stepped { motion, pieces })
     }
 
     /// Number of modal pairs, for a linear scene.
@@ -133,18 +125,20 @@ impl OrbitMotion {
                     flights[0].after.as_slice(),
                 );
             }
-            Self::Stepped { motion, steps } => {
-                for (flight, (start, steps)) in flights.iter().zip(steps.iter()) {
-                    parts.begin(flight.mode.kind, &flight.mode.stops);
-                    for step in steps {
-                        let arc = arc_span(motion.frequency, start + step.start, step.h);
-                        parts.push(&arc, &step.dense);
+            Self::Stepped { motion, pieces } => {
+                let w = motion.frequency;
+                let push = |parts: &mut PathParts, begun: f64, own: &FlightPieces| {
+                    for ([start, h], numbers) in own.arcs() {
+                        parts.push(&arc_span(w, begun + start, h), &*numbers);
                     }
+                };
+                for (flight, (start, own)) in flights.iter().zip(pieces.iter()) {
+                    parts.begin(flight.mode.kind, &flight.mode.stops);
+                    push(&mut parts, *start, own);
                 }
-                let first = unpaired(&flights[0].after);
                 parts.begin(SegmentKind::Flight, &[]);
-                let closed = arc_span(motion.frequency, period, 0.0);
-                parts.push(&closed, &line(1.0, &first, &first).dense);
+                let closed = motion.instant(&unpaired(&flights[0].after));
+                push(&mut parts, period, &closed);
             }
         }
         Path {
@@ -163,8 +157,11 @@ impl OrbitMotion {
                 held: held.clone(),
                 phase,
             },
-            Self::Stepped { .. } => Evaluator::Steps {
-                degree: OrbitDense::DEGREE,
+            Self::Stepped { motion, .. } => match motion.series_order() {
+                Some(order) => Evaluator::Series { order },
+                None => Evaluator::Steps {
+                    degree: OrbitDense::DEGREE,
+                },
             },
         }
     }
@@ -218,13 +215,13 @@ impl OrbitMotion {
             Self::Modal { modal, .. } => {
                 Judge::new(modal).admissibility(phase, flights, impacts, observer)
             }
-            Self::Stepped { motion, steps } => {
+            Self::Stepped { motion, pieces } => {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
                 let modes_of_contact: Vec<ContactMode> =
                     flights.iter().map(|f| f.mode.clone()).collect();
                 let rate = TAU / period;
                 let judge = IntegratedJudge { maps: motion };
-                judge.admissibility(steps, &modes_of_contact, pattern.instants(), impacts, rate)
+                judge.admissibility(pieces, &modes_of_contact, pattern.instants(), impacts, rate)
             }
         }
     }

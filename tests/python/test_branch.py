@@ -78,6 +78,21 @@ class TestCurve:
         with pytest.raises(ValueError, match="value is nan"):
             branch.at(np.nan)
 
+    def test_orbits_at_values_beside_a_fold_between_two_points(self):
+        # Long steps: between the points on both sides of the fold all orbits beside it.
+        scene = {"frequency": 2.8, "clearance": -0.5}
+        branch = vi.continuation(orbit(force=1.0, **scene), "forcing_scale", (0.2, 2.0), virtual="keep", step=(1e-3, 0.5, 0.5))
+        (fold,) = (own for own in branch.special if own.kind == "fold")
+        there = np.flatnonzero(branch.arclength < fold.arclength)[-1]
+        values = branch.parameter[there : there + 2]
+        for value in fold.parameter + np.array([1e-6, 1e-4, 1e-3, 0.3 * np.ptp(values), 0.8 * np.ptp(values), 0.1]):
+            found = branch.at(value)
+            assert len(found) == 2
+            speeds = [own.impacts["speed_before"][0] for own in found]
+            assert max(abs(miss(u, force=value, **scene)) for u in speeds) < 1e-9
+            assert abs(speeds[0] - speeds[1]) > 0.1 * np.sqrt(value - fold.parameter)
+        assert branch.at(fold.parameter) == [fold.orbit]
+
     def test_special_points(self):
         branch = vi.continuation(orbit(force=1.0, frequency=2.8, clearance=-0.5), "forcing_scale", (0.2, 9.0))
         found = {own.kind: own for own in branch.special}

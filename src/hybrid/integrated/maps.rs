@@ -1,5 +1,7 @@
 //! The maps of any scene: flights that are integrated, free or with stops held.
 
+use super::flight_pieces::FlightPieces;
+use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
@@ -34,6 +36,8 @@ pub(crate) struct IntegratedMaps {
     pub frequency: f64,
     pub phase: f64,
     tolerance: Tolerance,
+    /// What moves it where no stop is held, if that has Taylor series.
+    series: Option<SeriesFlow>,
 }
 
 impl IntegratedMaps {
@@ -45,6 +49,7 @@ impl IntegratedMaps {
             frequency: scene.frequency().unwrap_or(0.0),
             phase,
             tolerance: TOLERANCE,
+            series: SeriesFlow::new(scene, TOLERANCE),
         }
     }
 
@@ -74,19 +79,44 @@ impl IntegratedMaps {
         }
     }
 
-    /// The steps of a flight from a state, from the time of its start.
-    pub fn steps(
+    /// A flight from a state, from the time of its start.
+    pub fn pieces(
         &self,
         held: &[usize],
         (start, span): (f64, f64),
         state: &DVector<f64>,
-    ) -> Result<Vec<OrbitStep>> {
+    ) -> Result<FlightPieces> {
+        let at = self.moment(start);
+        if let Some(series) = self.series_of(held) {
+            return Ok(FlightPieces::Series(series.pieces(
+                self.tolerance,
+                (at, span),
+                state,
+            )?));
+        }
         let mut x: Vec<f64> = state.iter().copied().collect();
         let mut steps = Vec::new();
-        let (at, motion) = (self.moment(start), self.constrained(held));
-        let tolerance = self.tolerance;
+        let (motion, tolerance) = (self.constrained(held), self.tolerance);
         integrate::<OrbitMethod, _>(&motion, at, span, tolerance, &mut x, Some(&mut steps))?;
-        Ok(steps)
+        Ok(FlightPieces::Steps(steps))
+    }
+
+    /// A flight of no length at a state.
+    pub fn instant(&self, state: &DVector<f64>) -> FlightPieces {
+        match &self.series {
+            Some(series) => FlightPieces::Series(vec![series.instant(state)]),
+            None => FlightPieces::line(0.0, state, state),
+        }
+    }
+
+    /// The series of the motion while some stops are held, if it has them.
+    fn series_of(&self, held: &[usize]) -> Option<&SeriesFlow> {
+        self.series.as_ref().filter(|_| held.is_empty())
+    }
+
+    /// The order of the velocities of the series of flights, if they have them.
+    pub fn series_order(&self) -> Option<usize> {
+        self.series.as_ref().map(SeriesFlow::order)
     }
 
     /// Goes on like `flow`, to a tolerance of a run.
@@ -101,7 +131,7 @@ impl IntegratedMaps {
         self.flow_by::<Dop853<Vec<f64>>>(tolerance, (held, span), state, deviations)
     }
 
-    /// Carries a state and deviations from it over a span by a method, to a tolerance.
+    /// Carries a state and deviations from it over a span to a tolerance: along series, or by a method.
     fn flow_by<P: Stepper<Vec<f64>, Choice: Default>>(
         &self,
         tolerance: Tolerance,
@@ -110,6 +140,9 @@ impl IntegratedMaps {
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         let (at, span) = (self.moment(start), end - start);
+        if let Some(series) = self.series_of(held) {
+            return series.flow(tolerance, (at, span), state, deviations);
+        }
         if !held.is_empty() {
             differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
         }
@@ -172,6 +205,17 @@ impl IntegratedMaps {
             }
         }
         Ok(impulses.iter().copied().collect())
+    }
+}
+
+#[cfg(test)]
+impl IntegratedMaps {
+    /// The same without series.
+    pub fn in_steps(self) -> Self {
+        Self {
+            series: None,
+            ..self
+        }
     }
 }
 

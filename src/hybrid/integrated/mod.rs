@@ -3,6 +3,7 @@
 
 mod complete_chatter;
 mod contact;
+mod flight_pieces;
 mod flow;
 mod free;
 mod jerk;
@@ -12,11 +13,14 @@ mod pendulum;
 mod release;
 mod scene;
 mod series;
+mod series_flow;
 mod steps;
 mod system;
 
+pub(crate) use flight_pieces::FlightPieces;
 pub(crate) use flow::IntegratedFlow;
 pub(crate) use maps::{IntegratedMaps, OrbitDense, OrbitStep};
 pub(crate) use pendulum::{Pendulum, has_series, series_order};
 pub(crate) use series::{SeriesStep, Taylor};
+pub(crate) use series_flow::SeriesPiece;
 pub(crate) use steps::InSteps;

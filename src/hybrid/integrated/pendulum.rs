@@ -24,6 +24,15 @@ pub(crate) fn has_series(scene: &Scene) -> bool {
     is_pendulum && is_constant && !scene.has_moving_stops() && scene.stops().iter().all(is_given)
 }
 
+/// The links of a pendulum.
+pub(crate) fn links_of(system: &System) -> Option<Links> {
+    match system {
+        System::DoublePendulum(s) => Some(s.links()),
+        System::PendulumChain(s) => Some(s.links()),
+        _ => None,
+    }
+}
+
 /// A pendulum that has Taylor series: its motion for everything else, the coefficients for these.
 pub(crate) enum Pendulum {
     /// Two links.

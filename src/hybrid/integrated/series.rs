@@ -100,10 +100,10 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
 }
 
 /// The motion on a series.
-struct SeriesArc<'s> {
-    series: &'s SeriesOf<1>,
-    n: usize,
-    span: f64,
+pub(crate) struct SeriesArc<'s> {
+    pub series: &'s SeriesOf<1>,
+    pub n: usize,
+    pub span: f64,
 }
 
 impl Written for SeriesArc<'_> {

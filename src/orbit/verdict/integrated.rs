@@ -2,8 +2,9 @@
 
 use crate::contact::first_root::FirstRoot;
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
+use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
-use crate::hybrid::{IntegratedMaps, OrbitStep, SegmentKind};
+use crate::hybrid::{FlightPieces, IntegratedMaps, OrbitStep, SegmentKind, SeriesPiece};
 use crate::impact::Impact;
 use crate::model::are_coupled;
 use crate::orbit::contact_mode::{ContactMode, struck};
@@ -23,7 +24,7 @@ impl IntegratedJudge<'_> {
     /// Judges the impacts, every gap along every flight, and the contact forces of what is held.
     pub fn admissibility(
         &self,
-        flights: &[(f64, Vec<OrbitStep>)],
+        flights: &[(f64, FlightPieces)],
         modes_of_contact: &[ContactMode],
         pattern: &[Vec<usize>],
         impacts: &[Impact],
@@ -46,7 +47,7 @@ impl IntegratedJudge<'_> {
             &mut found,
         )?;
         let mut instants = pattern.iter();
-        for ((start, steps), mode) in flights.iter().zip(modes_of_contact) {
+        for ((start, pieces), mode) in flights.iter().zip(modes_of_contact) {
             let next = if mode.is_struck {
                 instants.next()
             } else {
@@ -56,15 +57,25 @@ impl IntegratedJudge<'_> {
             if mode.kind == SegmentKind::Chatter {
                 continue;
             }
-            self.search_forces(mode.held(), *start, steps, &mut found)?;
+            if let FlightPieces::Steps(steps) = pieces {
+                self.search_forces(mode.held(), *start, steps, &mut found)?;
+            }
             for (stop, &size) in sizes.iter().enumerate() {
                 let order = match mode.released {
                     Some(released) if released == stop => 3,
                     _ => usize::from(begins.contains(&stop)),
                 };
                 let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
-                if !held.contains(&stop) && !self.is_low_bounce((*start, steps), stop, margin)? {
-                    self.search((*start, steps), (stop, order), held, margin, &mut found)?;
+                if held.contains(&stop) || self.is_low_bounce((*start, pieces), stop, margin)? {
+                    continue;
+                }
+                match pieces {
+                    FlightPieces::Steps(steps) => {
+                        self.search((*start, steps), (stop, order), held, margin, &mut found)?;
+                    }
+                    FlightPieces::Series(pieces) => {
+                        self.search_series((*start, pieces), (stop, order), margin, &mut found);
+                    }
                 }
             }
         }
@@ -74,7 +85,7 @@ impl IntegratedJudge<'_> {
     /// Judges the stops at the ends of flights that are not hit there.
     fn judge_ends(
         &self,
-        flights: &[(f64, Vec<OrbitStep>)],
+        flights: &[(f64, FlightPieces)],
         modes_of_contact: &[ContactMode],
         impacts: &[Impact],
         (sizes, rate): (&[f64], f64),
@@ -83,16 +94,16 @@ impl IntegratedJudge<'_> {
         let modes = modes_of_contact.iter();
         let each = flights.iter().zip(modes);
         let following = each.clone().cycle().skip(1);
-        for (((start, steps), mode), (&(next, _), next_mode)) in each.zip(following) {
-            let Some(last) = steps.last() else {
+        for (((start, pieces), mode), (&(next, _), next_mode)) in each.zip(following) {
+            let Some((span, state)) = pieces.end() else {
                 continue;
             };
-            let end = start + last.start + last.h;
+            let end = start + span;
             for (stop, &size) in sizes.iter().enumerate() {
                 if is_met(impacts, stop, next, [mode, next_mode]) {
                     continue;
                 }
-                let gap = self.gap(stop, end, &last.dense.at(last.h))?;
+                let gap = self.gap(stop, end, &state)?;
                 let margin = INTEGRATED_MARGIN * size;
                 judge_reached((stop, next), gap, (margin, margin * rate), found);
             }
@@ -110,18 +121,15 @@ impl IntegratedJudge<'_> {
     /// Whether a flight stays within the margin of a stop between two contacts with it.
     fn is_low_bounce(
         &self,
-        (start, steps): (f64, &[OrbitStep]),
+        (start, pieces): (f64, &FlightPieces),
         stop: usize,
         margin: f64,
     ) -> Result<bool> {
-        let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+        let (Some((_, first)), Some((span, last))) = (pieces.starts().next(), pieces.end()) else {
             return Ok(false);
         };
-        let span: f64 = steps.iter().map(|step| step.h).sum();
-        let (begins, ends) = (
-            self.gap(stop, start, &first.dense.at(0.0))?,
-            self.gap(stop, start + span, &last.dense.at(last.h))?,
-        );
+        let begins = self.gap(stop, start, &first)?;
+        let ends = self.gap(stop, start + span, &last)?;
         Ok(is_low_bounce(begins, ends, span, margin))
     }
 
@@ -173,19 +181,55 @@ impl IntegratedJudge<'_> {
     }
 
     /// The size of the motion along one gap.
-    fn size(&self, stop: usize, flights: &[(f64, Vec<OrbitStep>)]) -> Result<f64> {
+    fn size(&self, stop: usize, flights: &[(f64, FlightPieces)]) -> Result<f64> {
         let mut size = 0.0f64;
-        let each = flights
-            .iter()
-            .flat_map(|(start, steps)| steps.iter().map(move |s| (start, s)));
-        for (start, step) in each {
-            let x = step.dense.at(0.0);
-            let (q, v) = x.split_at(x.len() / 2);
-            let at = || self.maps.moment(start + step.start);
-            let value = self.maps.contacts[stop].along(at, (q, v, v), 0.0)?;
-            size = size.max(value.size);
+        for (start, pieces) in flights {
+            for (local, x) in pieces.starts() {
+                let (q, v) = x.split_at(x.len() / 2);
+                let at = || self.maps.moment(start + local);
+                let value = self.maps.contacts[stop].along(at, (q, v, v), 0.0)?;
+                size = size.max(value.size);
+            }
         }
         Ok(size)
+    }
+
+    /// Searches a gap along the series of a flight.
+    fn search_series(
+        &self,
+        (start, pieces): (f64, &[SeriesPiece]),
+        (stop, first_order): (usize, usize),
+        margin: f64,
+        found: &mut Admissibility,
+    ) {
+        let Some(terms) = GapTerms::new(&self.maps.contacts[stop].surface) else {
+            return;
+        };
+        let mut gap = GapSeries::EMPTY;
+        let mut touches = Vec::new();
+        for (i, piece) in pieces.iter().enumerate() {
+            let order = if i == 0 { first_order } else { 0 };
+            let t = start + piece.start;
+            terms.along(piece.motion(), &mut gap);
+            gap.within(margin);
+            touches.clear();
+            if gap.clone().first_contact(order, piece.h, &mut touches) != FirstRoot::None {
+                let (x, least) = gap.lowest(piece.h);
+                if -least > margin {
+                    found.keep_worst(Breach {
+                        stop,
+                        time: t + x,
+                        depth: -least,
+                        rule: Rule::Passed,
+                    });
+                }
+            }
+            found.touches.extend(touches.iter().map(|&(x, gap)| Touch {
+                stop,
+                time: t + x,
+                gap,
+            }));
+        }
     }
 
     fn search(

@@ -1,0 +1,164 @@
+//! The tip of a branch that was doubled: there both rounds of the motion become one, and beyond it the branch would come back over
+//! itself, half a period later (theory 19, "Switching").
+
+use crate::branch::corrector::Settled;
+use crate::branch::family::Family;
+use crate::branch::indicators::Indicators;
+use crate::branch::instants::{Instant, period, turned};
+use crate::branch::place::{Direction, Place};
+use crate::branch::special::{Special, SpecialKind};
+use crate::branch::step::{Point, Target, step_to};
+use crate::error::Result;
+use crate::orbit::with_shooting;
+use nalgebra::DMatrix;
+
+/// The doubling is looked at so far from the point next to the tip at first, in parts of the range.
+const BESIDE: f64 = 1e-6;
+/// Steps of the secant method to the doubling, and a part of the range below which one is the last.
+const MOST_STEPS: usize = 20;
+const KNOWN: f64 = 1e-12;
+
+/// A tip: the doubling of the motion that both rounds become, and the last point of the branch.
+pub(super) struct Tip {
+    pub doubling: Special,
+    pub last: Point,
+}
+
+/// The instants of a loop of two rounds, its second round as the first, and the way to that.
+struct Rounds {
+    second: Vec<Instant>,
+    apart: Direction,
+}
+
+/// The tip between a point and a place, if these are on both sides of one: from one to the other the rounds change their roles.
+pub(super) fn tip(family: &Family<'_>, from: &Point, to: &Place) -> Result<Option<Tip>> {
+    let Some(before) = family.rounds(&from.place)? else {
+        return Ok(None);
+    };
+    let Some(after) = family.rounds(to)? else {
+        return Ok(None);
+    };
+    if before.apart.dot(&after.apart) > 0.0 {
+        return Ok(None);
+    }
+    let near = if before.apart.length() < after.apart.length() {
+        (&from.place, before.second)
+    } else {
+        (to, after.second)
+    };
+    let reach = family.between(&from.place, to).length();
+    let Some((one, settled, error)) = doubling_near(family, near, reach)? else {
+        return Ok(None);
+    };
+    let (_, place) = one.repeated(&settled.place, &settled.place.state, &[0.0, 0.0])?;
+    let arclength = from.arclength + family.between(&from.place, &place).length();
+    // The rounds come to each other along what parts them.
+    let tangent = before.apart.scaled(1.0 / before.apart.length());
+    let equations = family.equations(&place)?;
+    let orbit = family.orbit(&place)?;
+    let indicators = Indicators {
+        fold: from.indicators.fold,
+        crossing: from.indicators.crossing,
+        ..Indicators::at(family, (&place, &equations, &tangent), &orbit)?
+    };
+    let last = Point {
+        place,
+        equations,
+        tangent,
+        orbit,
+        arclength,
+        indicators,
+    };
+    let doubling = Special {
+        orbit: one.orbit(&settled.place)?,
+        ..Special::at(SpecialKind::PeriodDoubling, &last, error)
+    };
+    Ok(Some(Tip { doubling, last }))
+}
+
+impl Family<'_> {
+    /// The rounds of a loop that may be two; none of one that has not two alike.
+    fn rounds(&self, place: &Place) -> Result<Option<Rounds>> {
+        let (stages, n_periods) = (&self.signature.stages, self.signature.n_periods);
+        let own = stages.len() / 2;
+        let is_even = self.is_free || n_periods.is_multiple_of(2);
+        let is_alike = self.is_empty() || stages[..own] == stages[own..];
+        let is_whole = self.signature.images.is_none() && self.energetics.is_none();
+        if !(is_even && is_alike && is_whole) || self.is_free && self.is_empty() {
+            return Ok(None);
+        }
+        let whole = period(&place.state);
+        let instants = self.instants(&place.state);
+        let second: Vec<Instant> = if self.is_empty() {
+            vec![self.half_way(place, instants[0].clone())?]
+        } else {
+            turned(instants, own, whole)
+        };
+        let second: Vec<Instant> = second
+            .into_iter()
+            .map(|own| own.later(-0.5 * whole))
+            .collect();
+        let (_, late) = self.with_instants(place.value, second.clone(), (whole, n_periods))?;
+        let apart = self.between(place, &late);
+        Ok(Some(Rounds { second, apart }))
+    }
+
+    /// The instant half a period after that of a loop in which nothing happens.
+    fn half_way(&self, place: &Place, instant: Instant) -> Result<Instant> {
+        let scene = self.scene(place.value)?;
+        let half = 0.5 * period(&place.state);
+        let mut state = instant.state.clone();
+        let span = (instant.start, instant.start + half);
+        with_shooting(&scene, &self.signature, |shooting, _| {
+            let none = &mut DMatrix::zeros(state.len(), 0);
+            shooting.motion.flow(&[], span, &mut state, none)
+        })?;
+        Ok(Instant { state, ..instant }.later(half))
+    }
+}
+
+/// The doubling of the motion that is the mean of the two rounds of a loop, no farther than some part of the range: its family, the motion
+/// there, and how far the number is known.
+fn doubling_near<'a>(
+    family: &Family<'a>,
+    (place, second): (&Place, Vec<Instant>),
+    reach: f64,
+) -> Result<Option<(Family<'a>, Settled, f64)>> {
+    let count = family.signature.stages.len().div_ceil(2);
+    let rounds = family.instants(&place.state).into_iter().zip(second);
+    let mean = rounds.take(count).map(|(a, b)| Instant {
+        time: 0.5 * (a.time + b.time),
+        start: 0.5 * (a.start + b.start),
+        state: (a.state + b.state) * 0.5,
+        stage: a.stage,
+    });
+    let length = (0.5 * period(&place.state), family.signature.n_periods / 2);
+    let (one, guess) = family.with_instants(place.value, mean.collect(), length)?;
+    let by_value = Direction::of_value(one.n_unknowns(&guess));
+    let Ok(mut settled) = one.corrected(guess, &by_value)? else {
+        return Ok(None);
+    };
+    let span = one.span();
+    let mut test = one.multiplier_test(&settled.place, -1.0)?;
+    let mut step = BESIDE * span;
+    for _ in 0..MOST_STEPS {
+        let from = (&settled.place, &settled.equations, &settled.tangent);
+        let Ok(next) = step_to(&one, from, Target::Value(settled.place.value + step))? else {
+            return Ok(None);
+        };
+        let there = one.multiplier_test(&next.place, -1.0)?;
+        let (slope, last) = ((there - test) / step, step.abs());
+        settled = next;
+        test = there;
+        let is_far = (settled.place.value - place.value).abs() > reach * span;
+        step = -test / slope;
+        if is_far || !step.is_finite() {
+            return Ok(None);
+        }
+        if test == 0.0 || step.abs() <= KNOWN * span {
+            let error = step.abs().min(last).max(f64::EPSILON * span);
+            return Ok(Some((one, settled, error)));
+        }
+    }
+    Ok(None)
+}
