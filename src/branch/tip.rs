@@ -83,7 +83,7 @@ impl Family<'_> {
         let own = stages.len() / 2;
         let is_even = self.is_free || n_periods.is_multiple_of(2);
         let is_alike = self.is_empty() || stages[..own] == stages[own..];
-        let is_whole = self.signature.images.is_none() && self.energetics.is_none();
+        let is_whole = self.signature.images.is_none();
         if !(is_even && is_alike && is_whole) || self.is_free && self.is_empty() {
             return Ok(None);
         }

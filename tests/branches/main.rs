@@ -14,5 +14,6 @@ mod scenes;
 mod special;
 mod switching;
 mod symmetry;
+mod tips;
 mod two_at_once;
 mod verdicts;

@@ -19,15 +19,17 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// The logarithm of a unit for the number that is zero where it holds.
-    pub fn unit(self, family: &Family<'_>, place: &Place) -> Result<f64> {
-        match self {
-            Self::Multiplier(mu) => Ok(family.multiplier_determinant(place, mu)?.lengths),
-            _ => Ok(0.0),
+    /// A smooth number that is zero where it holds, and the logarithm of the unit that it has there; none where nothing is to be said.
+    pub fn measured(self, family: &Family<'_>, place: &Place) -> Result<Option<(f64, f64)>> {
+        if let Self::Multiplier(mu) = self {
+            let own = family.multiplier_determinant(place, mu)?;
+            let unit = own.lengths;
+            return Ok(Some((own.in_parts_of(unit), unit)));
         }
+        Ok(self.value(family, place, 0.0)?.map(|value| (value, 0.0)))
     }
 
-    /// A smooth number that is zero where it holds, in a unit; none where nothing is to be said.
+    /// The same in a unit.
     pub fn value(self, family: &Family<'_>, place: &Place, unit: f64) -> Result<Option<f64>> {
         match self {
             Self::Multiplier(mu) => {

@@ -88,8 +88,8 @@ impl Plane<'_> {
             let is_sharp = is_last || is_sharp(mismatch, [last, left]);
             let is_there = mismatch <= ORBIT_CLOSED && left <= SETTLED && is_sharp;
             last = left;
-            let conditions = if is_there {
-                self.conditions(&spot)
+            let conditions = if is_there && near.is_some() {
+                self.renewed(&spot, conditions)
             } else {
                 Ok(conditions)
             };

@@ -73,6 +73,33 @@ struct Gradient {
     unit: f64,
 }
 
+impl Conditions {
+    /// Those of the loop.
+    fn of_loop(first: Equations, second: ByValue) -> Self {
+        let last = first.rows.ncols();
+        let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
+        matrix.set_column(last + 1, &second.column);
+        Self {
+            matrix,
+            right: first.right.clone(),
+            mismatch: first.mismatch,
+            first,
+            second,
+            gradient: None,
+        }
+    }
+
+    /// The same and what holds on the curve, whose number has a value.
+    fn with(mut self, value: f64, gradient: Gradient) -> Self {
+        let below = self.matrix.nrows();
+        self.matrix = self.matrix.insert_row(below, 0.0);
+        self.matrix.set_row(below, &gradient.row.transpose());
+        self.right = self.right.push(-value / gradient.size);
+        self.gradient = Some(gradient);
+        self
+    }
+}
+
 impl Plane<'_> {
     /// Does some work with the scenes over the first number, or over the second, the other as at a spot.
     pub fn along<T>(
@@ -153,7 +180,20 @@ impl Plane<'_> {
 
     /// The equations at a spot.
     pub fn conditions(&self, spot: &Spot) -> Result<Conditions> {
-        let first = self.along(0, spot, |family| family.equations(&spot.place))?;
+        let nothing = &ByValue::default();
+        let bare = self.along(0, spot, |family| {
+            family.equations_nearby(&spot.place, nothing)
+        })?;
+        self.with_changes(spot, bare)
+    }
+
+    /// The same with what changes there.
+    pub fn renewed(&self, spot: &Spot, conditions: Conditions) -> Result<Conditions> {
+        self.with_changes(spot, conditions.first)
+    }
+
+    fn with_changes(&self, spot: &Spot, bare: Equations) -> Result<Conditions> {
+        let first = self.along(0, spot, |family| family.renewed(&spot.place, bare))?;
         let over_second = Place {
             value: spot.second,
             ..spot.place.clone()
@@ -161,9 +201,16 @@ impl Plane<'_> {
         let second = self.along(1, spot, |family| {
             family.renewed(&over_second, first.clone())
         })?;
-        let bare = self.conditions_of(spot, first, (second.by_value, None))?;
-        let gradient = self.gradient(spot, &bare)?;
-        self.conditions_of(spot, bare.first, (bare.second, gradient))
+        let loops = Conditions::of_loop(first, second.by_value);
+        let condition = self.condition;
+        let measured = self.along(0, spot, |family| condition.measured(family, &spot.place))?;
+        Ok(match measured {
+            Some((value, unit)) => {
+                let gradient = self.gradient(spot, &loops, (value, unit))?;
+                loops.with(value, gradient)
+            }
+            None => loops,
+        })
     }
 
     /// The same with what changes with both numbers, and with the condition, as it is at a spot nearby.
@@ -171,7 +218,12 @@ impl Plane<'_> {
         let first = self.along(0, spot, |family| {
             family.equations_nearby(&spot.place, &near.first.by_value)
         })?;
-        self.conditions_of(spot, first, (near.second.clone(), near.gradient.clone()))
+        let loops = Conditions::of_loop(first, near.second.clone());
+        let Some(gradient) = near.gradient.clone() else {
+            return Ok(loops);
+        };
+        let value = self.value(spot, gradient.unit)?;
+        Ok(loops.with(value, gradient))
     }
 
     /// Conditions as those of a spot next to theirs.
@@ -184,48 +236,20 @@ impl Plane<'_> {
         })
     }
 
-    fn conditions_of(
+    /// How the number of the condition changes, by differences, with its value and unit at a spot.
+    fn gradient(
         &self,
         spot: &Spot,
-        first: Equations,
-        (second, gradient): (ByValue, Option<Gradient>),
-    ) -> Result<Conditions> {
-        let last = first.rows.ncols();
-        let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
-        matrix.set_column(last + 1, &second.column);
-        let mut right = first.right.clone();
-        if let Some(Gradient { row, size, unit }) = &gradient
-            && let Some(value) = self.value(spot, *unit)?
-        {
-            let below = matrix.nrows();
-            matrix = matrix.insert_row(below, 0.0);
-            matrix.set_row(below, &row.transpose());
-            right = right.push(-value / size);
-        }
-        Ok(Conditions {
-            matrix,
-            right,
-            mismatch: first.mismatch,
-            first,
-            second,
-            gradient,
-        })
-    }
-
-    /// How the number of the condition changes, by differences; none where the equations of the loop say it themselves.
-    fn gradient(&self, spot: &Spot, at: &Conditions) -> Result<Option<Gradient>> {
-        let unit = self.along(0, spot, |family| self.condition.unit(family, &spot.place))?;
-        let Some(value) = self.value(spot, unit)? else {
-            return Ok(None);
-        };
+        at: &Conditions,
+        (value, unit): (f64, f64),
+    ) -> Result<Gradient> {
         let unknowns = at.matrix.ncols();
         let mut row = DVector::zeros(unknowns);
         for k in 0..unknowns {
             let by = |part: f64| -> Result<f64> {
                 let mut step = DVector::zeros(unknowns);
                 step[k] = part;
-                let there = self.deviated(spot, at, &step)?;
-                Ok(self.value(&there, unit)?.unwrap_or(f64::NAN))
+                self.value(&self.deviated(spot, at, &step)?, unit)
             };
             // One-sided at the end of what a number may be.
             row[k] = match (by(STEP), by(-STEP)) {
@@ -235,17 +259,18 @@ impl Plane<'_> {
             };
         }
         let size = row.amax();
-        Ok(Some(Gradient {
+        Ok(Gradient {
             row: row / size,
             size,
             unit,
-        }))
+        })
     }
 
-    /// A number that is zero where the condition of the curve holds, in a unit.
-    fn value(&self, spot: &Spot, unit: f64) -> Result<Option<f64>> {
+    /// The number of the condition at a spot, in a unit.
+    fn value(&self, spot: &Spot, unit: f64) -> Result<f64> {
         let condition = self.condition;
-        self.along(0, spot, |family| condition.value(family, &spot.place, unit))
+        let value = self.along(0, spot, |family| condition.value(family, &spot.place, unit))?;
+        Ok(value.unwrap_or(f64::NAN))
     }
 
     /// A spot moved by a correction of all unknowns, to first order.

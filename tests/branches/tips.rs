@@ -1,0 +1,294 @@
+//! Doubled branches end where both rounds are one, at the doubling of the branch that they meet there.
+
+use crate::random::Random;
+use crate::scenes::{Oscillator, followed};
+use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{DVector, dvector};
+use vibroimpact::{
+    Branch, Change, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
+    PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions,
+    Special, SpecialKind, Stop, Virtual, branches, branches_of, continuation_of, find_orbit,
+    paper_scene, periodic_orbits, simulate,
+};
+
+fn kept() -> ContinuationOptions {
+    ContinuationOptions {
+        beyond: Virtual::Keep,
+        ..ContinuationOptions::default()
+    }
+}
+
+/// The tips of a branch at its first and its last point.
+fn tips(branch: &Branch) -> [Option<&Special>; 2] {
+    let ends = [branch.special.first(), branch.special.last()];
+    std::array::from_fn(|k| {
+        let is_tip = branch.ends[k].reason == EndReason::Doubling;
+        ends[k].filter(|_| is_tip)
+    })
+}
+
+/// The tip of a branch that is nearest to a value, and whether it is the last point.
+fn tip_near(branch: &Branch, value: f64) -> (&Special, bool) {
+    let off = |own: &Special| (own.parameter - value).abs();
+    match tips(branch) {
+        [Some(first), Some(last)] if off(first) < off(last) => (first, false),
+        [_, Some(last)] => (last, true),
+        [Some(first), None] => (first, false),
+        [None, None] => panic!("{value} {:?}", branch.ends),
+    }
+}
+
+/// Checks that a doubled branch ends at a doubling that is known to so much, and that it has every orbit once.
+fn check_tip(branch: &Branch, doubling: f64, known: f64) {
+    let (tip, is_last) = tip_near(branch, doubling);
+    let off = (tip.parameter - doubling).abs();
+    assert!(off <= known, "{} {doubling} {off:e}", tip.parameter);
+    assert!(tip.error <= known, "{:e}", tip.error);
+    assert_eq!(tip.kind, SpecialKind::PeriodDoubling);
+    let count = branch.orbits.len();
+    let (last, before) = if is_last {
+        (count - 1, count - 2)
+    } else {
+        (0, 1)
+    };
+    let whole = &branch.orbits[last];
+    assert_eq!(whole.n_periods(), 2 * tip.orbit.n_periods());
+    assert_eq!(whole.impacts().len(), 2 * tip.orbit.impacts().len());
+    // The rounds part from each other one way.
+    let apart = |k: usize| {
+        let impacts = branch.orbits[k].impacts();
+        let half = impacts.len() / 2;
+        let pairs = (0..half).map(|i| impacts[i].approach - impacts[i + half].approach);
+        pairs.collect::<Vec<f64>>()
+    };
+    let size = whole
+        .impacts()
+        .iter()
+        .fold(0.0f64, |m, own| m.max(own.approach.abs()));
+    assert!(
+        apart(last).iter().all(|d| d.abs() < 1e-9 * size),
+        "{:?}",
+        apart(last)
+    );
+    let first = apart(before);
+    let is_tip =
+        |k: usize| tips(branch)[usize::from(k > 0)].is_some() && (k == 0 || k == count - 1);
+    for k in (0..count).filter(|&k| !is_tip(k)) {
+        let along: f64 = first.iter().zip(apart(k)).map(|(a, b)| a * b).sum();
+        assert!(along > 0.0, "{k} of {count}: {:?} {first:?}", apart(k));
+    }
+}
+
+#[test]
+fn a_doubled_branch_has_its_tip_at_the_closed_form() {
+    let mut seen = 0;
+    for case in 0..200 {
+        let random = &mut Random::of_case(71, case);
+        let own = Oscillator {
+            eta: random.between(0.01, 0.2),
+            force: 1.0,
+            frequency: random.between(1.5, 4.0),
+            clearance: random.between(0.2, 1.5),
+            restitution: random.between(0.3, 0.95),
+        };
+        let speed = own.doubling_speed(1);
+        if !(speed > 0.05 && speed.is_finite()) {
+            continue;
+        }
+        let critical = own.force_of(1, speed);
+        let start = Oscillator {
+            force: 1.001 * critical,
+            ..own
+        };
+        let near = |orbit: &PeriodicOrbit| (orbit.impacts()[0].approach / speed - 1.0).abs() < 0.1;
+        let Some(orbit) = start.orbits(1).into_iter().find(near) else {
+            continue;
+        };
+        let scale = Parameter::ForcingScale;
+        let range = (0.8, 1.3);
+        let branch = followed(&orbit, scale, range, &kept());
+        let kind = SpecialKind::PeriodDoubling;
+        for doubling in branch.special.iter().filter(|own| own.kind == kind) {
+            let born = branches(doubling, scale, range).expect("branches");
+            let force = |value: f64| {
+                let oscillator = Oscillator {
+                    force: value,
+                    ..own
+                };
+                Ok(oscillator.scene())
+            };
+            let unit = start.force;
+            let forces = (range.0 * unit, range.1 * unit);
+            let along = |orbit: &PeriodicOrbit, at: f64| {
+                let go_on = &mut |_| ControlFlow::Continue(());
+                continuation_of(orbit, &force, at, forces, &kept(), go_on).expect("a branch")
+            };
+            let found = along(&born[0].orbit, born[0].parameter * unit);
+            let known = 1e-10 * unit;
+            // Of several doublings it is one.
+            let wanted = doubling.parameter * unit;
+            check_tip(&found, wanted, known);
+            // From its far end it comes back to the same tip.
+            let (tip, is_last) = tip_near(&found, wanted);
+            let far = if is_last { 1 } else { found.orbits.len() - 2 };
+            let again = along(&found.orbits[far], found.parameter[far]);
+            check_tip(&again, wanted, known);
+            // There is the motion that it was doubled from.
+            let parent = branches_of(tip, &force, forces).expect("one");
+            assert_eq!(parent.len(), 1);
+            assert_eq!(parent[0].orbit.n_periods(), 1);
+            let miss = Oscillator {
+                force: parent[0].parameter,
+                ..own
+            }
+            .miss(1, parent[0].orbit.impacts()[0].approach);
+            assert!(miss.abs() < 1e-9, "{miss:e}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "{seen}");
+}
+
+/// Branches over the force that are doubled from one, and how many of them there are.
+fn check_doubled(branch: &Branch, range: (f64, f64), known: f64) -> usize {
+    let kind = SpecialKind::PeriodDoubling;
+    let mut seen = 0;
+    for doubling in branch.special.iter().filter(|own| own.kind == kind) {
+        for born in branches(doubling, Parameter::ForcingScale, range).expect("branches") {
+            if born.orbit.n_periods() <= branch.orbits[0].n_periods() {
+                continue;
+            }
+            let unit = born.parameter;
+            let own = (range.0 / unit, range.1 / unit);
+            let found = followed(&born.orbit, Parameter::ForcingScale, own, &kept());
+            check_tip(&found, doubling.parameter / unit, known);
+            seen += 1;
+        }
+    }
+    seen
+}
+
+#[test]
+fn between_two_doublings_a_doubled_branch_has_two_tips() {
+    let own = Oscillator {
+        eta: 0.05,
+        frequency: 1.0,
+        force: 1.8,
+        clearance: 0.4,
+        restitution: 0.8,
+    };
+    let (parameter, range) = (Parameter::Frequency, (0.6, 1.5));
+    let orbits = own.orbits(1).into_iter();
+    let mut kept = orbits.filter(|orbit| orbit.is_admissible() == Some(true));
+    let options = ContinuationOptions::default();
+    let branch = followed(&kept.next().expect("one"), parameter, range, &options);
+    let kind = SpecialKind::PeriodDoubling;
+    let doublings: Vec<&Special> = branch
+        .special
+        .iter()
+        .filter(|own| own.kind == kind)
+        .collect();
+    let mut seen = 0;
+    for doubling in &doublings {
+        for born in branches(doubling, parameter, range).expect("branches") {
+            let found = followed(&born.orbit, parameter, range, &options);
+            if let [Some(first), Some(last)] = tips(&found) {
+                seen += 1;
+                for tip in [first, last] {
+                    let is_there = |own: &&Special| (own.parameter - tip.parameter).abs() < 1e-10;
+                    assert!(doublings.iter().any(is_there), "{}", tip.parameter);
+                    check_tip(&found, tip.parameter, 1e-10);
+                }
+                assert!((first.parameter - last.parameter).abs() > 1e-3);
+            }
+        }
+    }
+    assert!(seen > 0);
+}
+
+#[test]
+fn many_modes_have_their_tips_too() {
+    let mut seen = 0;
+    for case in 0..60 {
+        let random = &mut Random::of_case(83, case);
+        let n = if random.chance(50) { 12 } else { 2 };
+        let system = LinearSystem::new(
+            DVector::from_element(n, 1.0),
+            DVector::from_fn(n, |i, _| 0.1 * (1.0 + i as f64)),
+            DVector::from_fn(n, |i, _| (1.0 + i as f64).powi(2)),
+        );
+        let force = DVector::from_fn(n, |i, _| (8.5 / (1.0 + 3.0 * i as f64)).into());
+        let force = Harmonic::new(force, random.between(2.2, 2.9), 0.0).expect("valid");
+        let normal = DVector::from_fn(n, |i, _| 1.0 / (1.0 + 2.0 * i as f64));
+        let stop = Stop::new(normal, random.between(0.5, 1.2), random.between(0.6, 0.9));
+        let scene = Scene::new(system.expect("valid"), force, [stop.expect("valid")]);
+        let scene = scene.expect("valid");
+        let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
+        for orbit in found.expect("a search").iter() {
+            let branch = followed(orbit, Parameter::ForcingScale, (0.5, 2.0), &kept());
+            seen += check_doubled(&branch, (0.5, 2.0), 1e-9);
+        }
+    }
+    assert!(seen > 10, "{seen}");
+}
+
+#[test]
+fn large_motions_of_a_pendulum_have_their_tip() {
+    let options = PaperOptions {
+        linear: false,
+        ..PaperOptions::default()
+    };
+    let scene = paper_scene(Kind::Three, &options).expect("valid");
+    let (q, v) = (dvector![0.1, -0.1], dvector![0.0, 0.0]);
+    let until = 120.0 * scene.period().expect("forced");
+    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    assert_eq!(orbit.n_periods(), 4);
+    let w = std::f64::consts::TAU * orbit.n_periods() as f64 / orbit.period();
+    let range = (0.97 * w, 1.03 * w);
+    let found = followed(&orbit, Parameter::Frequency, range, &kept());
+    let (tip, _) = tip_near(&found, w);
+    let parent = branches(tip, Parameter::Frequency, range).expect("one");
+    assert_eq!(parent[0].orbit.n_periods(), 2);
+    let near = scene_of(&parent[0].orbit, 1.0001 * tip.parameter);
+    let beside = find_orbit(&near, &parent[0].orbit, None).expect("beside it");
+    let branch = followed(&beside, Parameter::Frequency, range, &kept());
+    let mut doublings = branch.special.iter();
+    let doubling = doublings.find(|own| own.kind == SpecialKind::PeriodDoubling);
+    check_tip(&found, doubling.expect("one").parameter, 1e-9);
+}
+
+fn scene_of(orbit: &PeriodicOrbit, w: f64) -> Scene {
+    orbit.scene().replace(Change::Frequency(w)).expect("valid")
+}
+
+/// `x'' + x'/2 + sin x = f cos(2 t/3)` hits nothing; its first doubling is at f = 1.0663 (Baker, Gollub, Chaotic Dynamics, 1990).
+#[test]
+fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
+    let chain = PendulumChain::new(dvector![1.0], dvector![1.0], &dvector![0.5], 1.0);
+    let scene = |f: f64| {
+        let force = Harmonic::new(dvector![f.into()], 2.0 / 3.0, 0.0).expect("valid");
+        Scene::new(chain.clone().expect("valid"), force, Vec::<Stop>::new())
+    };
+    let begun = scene(1.07).expect("valid");
+    let (q, v) = (dvector![1.5], dvector![0.0]);
+    let until = 600.0 * begun.period().expect("forced");
+    let run = simulate(&begun, &q, &v, (0.0, until), &SimulateOptions::default());
+    let orbit = find_orbit(&begun, &run.expect("a run"), Some(2)).expect("an orbit");
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let found =
+        continuation_of(&orbit, &scene, 1.07, (1.05, 1.075), &kept(), go_on).expect("a branch");
+    let (tip, _) = tip_near(&found, 1.0663);
+    assert!((tip.parameter - 1.0663).abs() < 5e-5, "{}", tip.parameter);
+    let parent = branches_of(tip, &scene, (1.05, 1.075)).expect("one");
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let (orbit, at) = (&parent[0].orbit, 1.06);
+    let orbit = find_orbit(&scene(at).expect("valid"), orbit, None).expect("beside it");
+    let branch = continuation_of(&orbit, &scene, at, (1.05, 1.075), &kept(), go_on).expect("one");
+    let doubling = branch
+        .special
+        .iter()
+        .find(|own| own.kind == SpecialKind::PeriodDoubling);
+    let off = (doubling.expect("one").parameter - tip.parameter).abs();
+    assert!(off < 1e-10, "{off:e}");
+}
