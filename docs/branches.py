@@ -68,6 +68,8 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
   nothing else is born is not proved: orbits with two impacts more, or one in more than six rounds, are not looked for.
 - `special.beyond()` is a proof where it says "continues": a stable orbit stands there. "Nonsmooth fold" says that no such orbit was
   found beyond and that one was that is not stable before. The attractor is what one simulation came to.
+- A doubled branch has no boundary where both its rounds become one, but its tip: it ends there with the reason "doubling", as it would
+  come back over itself, and the point is known as the doubling of the branch of half the period is.
 - A chatter border is the limit of a power law. From its other side infinitely many grazes come towards it, and nothing can be
   followed through it: `special.accumulation()` of one of these grazes follows up to forty and extrapolates. Its `error` is the last change
   of the extrapolation, no bound.

@@ -2,6 +2,7 @@
 
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
+use crate::branch::interpolated::zero_through;
 use crate::branch::multipliers::{own_multipliers, pair_at_circle};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
@@ -93,23 +94,41 @@ fn located(
             point: settled,
         }))
     };
-    let Some(zero) = zero_between(between, family.span(), &mut point)? else {
+    let found = zero_between(between, family.span(), &mut point)?;
+    let found = found.map(|zero| (zero.point, zero.along, zero.error));
+    // Next to a crossing no point is reached.
+    let is_known = |(_, _, error): &(Settled, f64, f64)| *error <= KNOWN * family.span();
+    let found = match found {
+        Some(found) if is_known(&found) || kind == SpecialKind::Torus => Some(found),
+        found => {
+            let near = found.as_ref().map_or(0.5 * between[0], |found| found.1);
+            let through = zero_through(family, from, near, of)?;
+            let through = through.map(|own| (own.settled, own.along, own.error));
+            through
+                .into_iter()
+                .chain(found)
+                .min_by(|a, b| a.2.total_cmp(&b.2))
+        }
+    };
+    let Some((settled, along, error)) = found else {
         // It is known to lie on the step.
         let width = (to.place.value - from.place.value).abs();
         return Ok(Special::at(kind, to, width));
     };
-    let settled = zero.point;
     let point = Point {
         orbit: family.orbit(&settled.place)?,
         place: settled.place,
         equations: settled.equations,
         tangent: settled.tangent,
-        arclength: from.arclength + zero.along,
+        arclength: from.arclength + along,
         indicators: from.indicators,
     };
-    let error = zero.error.max(f64::EPSILON * family.span());
+    let error = error.max(f64::EPSILON * family.span());
     Ok(Special::at(kind, &point, error))
 }
+
+/// What is known no better than this part of the range is sought by interpolation.
+const KNOWN: f64 = 1e-10;
 
 /// Where two conjugate multipliers pass through the unit circle, and so many are outside before; none where they are real there.
 fn torus(

@@ -183,21 +183,21 @@ impl Family<'_> {
         })
     }
 
-    /// The equations of a deviation that comes back multiplied.
-    pub fn variational(&self, place: &Place, multiplier: f64) -> Result<Linearised> {
-        self.shooting_at(place, |shooting, _, units| {
-            shooting.variational(&place.state, units, multiplier)
-        })
-    }
-
     /// The deviation that comes back multiplied by a number that is a multiplier, of all states and times.
     pub fn deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
         if self.has_pulses {
             return self.pulse_deviation(place, multiplier);
         }
-        let linear = self.variational(place, multiplier)?;
-        let own = rank::weakest(&linear.rows, 1)?.column(0).into_owned();
-        Ok(linear.deviations(&own))
+        let linear = self.linearised(place)?;
+        let own = rank::weakest(&linear.returning(multiplier), 1)?;
+        Ok(linear.deviations(&own.column(0).into_owned()))
+    }
+
+    /// The equations of the loop alone.
+    fn linearised(&self, place: &Place) -> Result<Linearised> {
+        self.shooting_at(place, |shooting, _, units| {
+            shooting.linearised(&place.state, units)
+        })
     }
 
     /// How far a loop is from closing.
@@ -223,12 +223,25 @@ impl Family<'_> {
         Ok(own.in_parts_of(own.lengths))
     }
 
+    /// The same by the equations of a place.
+    pub fn multiplier_test_by(
+        &self,
+        (place, equations): (&Place, &Equations),
+        multiplier: f64,
+    ) -> Result<f64> {
+        let Some(linear) = &equations.linear else {
+            return self.multiplier_test(place, multiplier);
+        };
+        let own = Determinant::of(linear.returning(multiplier));
+        Ok(own.in_parts_of(own.lengths))
+    }
+
     /// A determinant that is zero where a number is a multiplier, and smooth.
     pub fn multiplier_determinant(&self, place: &Place, multiplier: f64) -> Result<Determinant> {
         Ok(Determinant::of(if self.has_pulses {
             self.pulse_variational(place, multiplier)
         } else {
-            self.variational(place, multiplier)?.rows
+            self.linearised(place)?.returning(multiplier)
         }))
     }
 

@@ -15,6 +15,7 @@ mod equations;
 mod family;
 mod indicators;
 mod instants;
+mod interpolated;
 mod landed;
 mod lessened;
 mod many_modes;

@@ -443,6 +443,42 @@ mod tests {
     }
 
     #[test]
+    fn the_lowest_gap_is_below_all_samples() {
+        let mut seed = 3u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+        };
+        for _ in 0..500 {
+            let c: Vec<f64> = (0..14).map(|k| random() * 0.6f64.powi(k) * 2.0).collect();
+            let gap = GapSeries::of(&c, 1.0);
+            let (at, least) = gap.lowest(1.0);
+            assert!((gap.value(at) - least).abs() < 1e-15);
+            let sampled = (0..=4000).map(|k| gap.value(f64::from(k) / 4000.0));
+            let sampled = sampled.fold(f64::INFINITY, f64::min);
+            // Between two samples it falls by less than its curvature over their distance.
+            assert!(least <= sampled + 1e-15 && least > sampled - 1e-4, "{c:?}");
+        }
+        assert_eq!(GapSeries::of(&[1.0, -1.0], 1.0).lowest(3.0), (3.0, -2.0));
+    }
+
+    #[test]
+    fn within_a_margin_a_dip_is_a_touch() {
+        for depth in [-1e-11, 0.0, 1e-11] {
+            let mut gap = GapSeries::of(&[0.25 - depth, -1.0, 1.0], 1.0);
+            gap.within(1e-10);
+            let mut touches = Vec::new();
+            assert_eq!(gap.first_contact(0, 1.0, &mut touches), FirstRoot::None);
+            assert_eq!(touches.len(), 1);
+            assert!((touches[0].1 + depth).abs() < 1e-15);
+        }
+        let mut gap = GapSeries::of(&[0.25 - 1e-9, -1.0, 1.0], 1.0);
+        gap.within(1e-10);
+        let found = gap.first_contact(0, 1.0, &mut Vec::new());
+        assert!(matches!(found, FirstRoot::Crossing { .. }));
+    }
+
+    #[test]
     fn a_gap_that_is_passed_was_reached_before() {
         // 1 - 1e-12 - t + t^5/100 at a time behind its root, at one before it, and rising.
         let c = [1.0 - 1e-12, -1.0, 0.0, 0.0, 0.0, 0.01];

@@ -16,24 +16,24 @@ const ITERATIONS: usize = 3;
 
 type ComplexMatrix = DMatrix<Complex<f64>>;
 
-/// The equations of deviations that are gone after a period, and of those that come back as they were.
+/// The equations of deviations that are gone after a period, and what they have besides of those that come back as they were.
 struct Deviations {
     gone: DMatrix<f64>,
-    same: DMatrix<f64>,
+    closing: DMatrix<f64>,
 }
 
 impl Deviations {
     fn new(shooting: &Shooting<'_>, units: &ScaledUnits, state: &ShootingState) -> Result<Self> {
+        let linear = shooting.linearised(state, units)?;
         Ok(Self {
-            gone: shooting.variational(state, units, 0.0)?.rows,
-            same: shooting.variational(state, units, 1.0)?.rows,
+            gone: linear.returning(0.0),
+            closing: linear.closing,
         })
     }
 
     /// `J_mu`.
     fn at(&self, mu: Complex<f64>) -> ComplexMatrix {
-        let per_mu = &self.same - &self.gone;
-        self.gone.map(Complex::from) + per_mu.map(Complex::from) * mu
+        self.gone.map(Complex::from) + self.closing.map(Complex::from) * mu
     }
 }
 
@@ -121,18 +121,18 @@ impl Multipliers {
         (shooting, units): (&Shooting<'_>, &ScaledUnits),
         state: &ShootingState,
     ) -> Result<Vec<f64>> {
-        let Deviations { gone, same } = Deviations::new(shooting, units, state)?;
-        Ok(gone.iter().chain(same.iter()).copied().collect())
+        let Deviations { gone, closing } = Deviations::new(shooting, units, state)?;
+        Ok(gone.iter().chain(closing.iter()).copied().collect())
     }
 
     /// Their derivatives, of those of what was measured; not a number where a multiplier is one of several.
     pub fn derivatives(&self, own: &Loop, measured: &[f64]) -> Vec<Complex<f64>> {
         let (rows, columns) = own.shape;
-        let (gone, same) = measured.split_at(measured.len() / 2);
+        let (gone, closing) = measured.split_at(measured.len() / 2);
         let matrix = |x: &[f64]| DMatrix::from_iterator(rows, columns, x.iter().copied());
         let change = (!measured.is_empty()).then(|| Deviations {
             gone: matrix(gone),
-            same: matrix(same),
+            closing: matrix(closing),
         });
         let each = self.each.iter().map(|own| match (own, &change) {
             (Sensitivity::Fixed, _) => Complex::from(0.0),
@@ -161,7 +161,7 @@ fn sensitivity(deviations: &Deviations, mu: Complex<f64>, others: &[Complex<f64>
     let (Some(left), Some(right)) = (null_vector(matrix.adjoint()), null_vector(matrix)) else {
         return Sensitivity::Multiple;
     };
-    let per_mu = (&deviations.same - &deviations.gone).map(Complex::from) * &right;
+    let per_mu = deviations.closing.map(Complex::from) * &right;
     let over = left.dotc(&per_mu);
     let beside = |other: &&Complex<f64>| (*other - mu).norm() <= ALONE * mu.norm();
     let is_alone = others.iter().filter(beside).count() == 1;

@@ -76,6 +76,13 @@ impl SeriesFlow {
         let moving: Vec<usize> = (0..deviations.ncols())
             .filter(|&j| deviations.column(j).amax() > 0.0)
             .collect();
+        if moving.len() > 2 * n {
+            // Of so many those of every coordinate and velocity say all.
+            let mut jacobian = DMatrix::identity(2 * n, 2 * n);
+            self.flow(tolerance, (at, span), state, &mut jacobian)?;
+            *deviations = jacobian * &*deviations;
+            return Ok(());
+        }
         let mut groups: Vec<(&[usize], SeriesTangents)> = moving
             .chunks(ABREAST)
             .map(|columns| (columns, SeriesTangents::new(n)))
@@ -237,7 +244,7 @@ mod tests {
             for (forcing, damper) in forcings(n).into_iter().zip([0.0, 0.1, 0.3, 0.0]) {
                 let scene = scene(n, damper, forcing);
                 let maps = IntegratedMaps::new(&scene, 0.9);
-                // Six columns in two groups, one of them without deviations.
+                // More columns than there are coordinates and velocities, or fewer, one of them without deviations.
                 let columns = DMatrix::from_fn(2 * n, 6, |i, j| {
                     if j == 2 {
                         0.0

@@ -26,12 +26,20 @@ pub(crate) struct Linearised {
     pub right: DVector<f64>,
     /// How far the loop is from closing.
     pub mismatch: f64,
+    /// What the rows have of the unknowns a period later, which are those at its start.
+    pub closing: DMatrix<f64>,
     times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
     states: Vec<DMatrix<f64>>,
 }
 
 impl Linearised {
+    /// The rows of a deviation that comes back multiplied: square, they are singular if the number is a multiplier, without forcing if it
+    /// is one beside that of the phase (theory 19).
+    pub fn returning(&self, multiplier: f64) -> DMatrix<f64> {
+        &self.rows + &self.closing * (multiplier - 1.0)
+    }
+
     /// What corrections of the unknowns make of every time and state; of none, what closing the flights one after the other makes of them.
     pub fn corrections(&self, xi: &DVector<f64>) -> ShootingState {
         self.of(xi.clone().push(1.0))
@@ -132,24 +140,13 @@ impl Shooting<'_> {
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
     pub(crate) fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
-        self.equations(state, units, self.n_unknowns(state), 1.0)
-    }
-
-    /// The same of a deviation that comes back multiplied: square rows are singular if the number is a multiplier, without forcing if it
-    /// is one beside that of the phase (theory 19).
-    pub(crate) fn variational(
-        &self,
-        state: &ShootingState,
-        units: &Units,
-        multiplier: f64,
-    ) -> Result<Linearised> {
-        self.equations(state, units, self.n_unknowns(state), multiplier)
+        self.equations(state, units, self.n_unknowns(state))
     }
 
     /// What a loop lacks, and what closing its flights one after the other from the first state makes of the others: the equations of no
     /// unknowns.
     pub(crate) fn lacking(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
-        self.equations(state, units, 0, 1.0)
+        self.equations(state, units, 0)
     }
 
     /// How many unknowns there are: the first state, and the times.
@@ -157,13 +154,12 @@ impl Shooting<'_> {
         state.states[0].len() + self.n_times()
     }
 
-    /// The equations of the first state and the times, or of none of them; what closes is to be a multiple of what it began with.
+    /// The equations of the first state and the times, or of none of them.
     fn equations(
         &self,
         state: &ShootingState,
         units: &Units,
         unknowns: usize,
-        multiplier: f64,
     ) -> Result<Linearised> {
         let flights = state.states.len();
         let two_n = state.states[0].len();
@@ -175,7 +171,8 @@ impl Shooting<'_> {
                 units.velocity
             }
         };
-        // Columns: the first state, the times, and what the flights do not close by.
+        // Columns: the first state, the times, and what the flights do not close by; in the end the time of the first instant a period
+        // later, if that is one of the times.
         let mut deviations = DMatrix::zeros(two_n, unknowns + 1);
         for i in 0..two_n.min(unknowns) {
             deviations[(i, i)] = scale(i);
@@ -202,8 +199,11 @@ impl Shooting<'_> {
             self.motion
                 .flow(self.held(k), (start, end), &mut x, &mut deviations)?;
             delays = self.shift(k + 1, unknowns, units);
-            if k + 1 == flights && self.clocked != Clocked::Free {
-                delays *= multiplier;
+            if k + 1 == flights && self.clocked != Clocked::Free && unknowns > two_n {
+                let columns = unknowns + 1;
+                deviations = deviations.insert_column(columns, 0.0);
+                delays = delays.push(0.0);
+                delays.swap_rows(two_n, columns);
             }
             deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
             let mut y = Timed {
@@ -225,16 +225,22 @@ impl Shooting<'_> {
             open += y.state - &state.states[(k + 1) % flights];
             delays[unknowns] += y.time - self.next_start(k, state);
         }
-        for i in 0..two_n {
-            if i < unknowns {
-                deviations[(i, i)] -= multiplier * scale(i);
-            }
-            rows.push(deviations.row(i).transpose() / scale(i));
+        let own = rows.len();
+        rows.extend((0..two_n).map(|i| deviations.row(i).transpose() / scale(i)));
+        let all = DMatrix::from_fn(rows.len(), unknowns + 1, |i, j| rows[i][j]);
+        let mut closing = DMatrix::zeros(rows.len(), unknowns);
+        for i in 0..two_n.min(unknowns) {
+            closing[(own + i, i)] = -1.0;
         }
-        let all = DMatrix::from_columns(&rows).transpose();
+        for (i, row) in rows.iter().enumerate() {
+            if let Some(later) = row.get(unknowns + 1) {
+                closing[(i, two_n)] = *later;
+            }
+        }
         Ok(Linearised {
             right: -all.column(unknowns).into_owned(),
-            rows: all.columns(0, unknowns).into_owned(),
+            rows: all.columns(0, unknowns) + &closing,
+            closing,
             mismatch: worst.size,
             times: (0..=flights)
                 .map(|k| self.shift(k, unknowns, units))
