@@ -39,8 +39,9 @@ what holds where. Written by `docs/branches.py`; the mechanics are in [theory.md
 - *A sign that changes and changes back within one step is not seen*: two folds, two doublings, a stop that is passed and not passed again.
   Smaller steps see more. Of two coordinates and more the number of multipliers outside the unit circle has to agree with the points found,
   else the step is halved; of one coordinate it is not asked.
-- *What is found is located*: `special.error` is the last change of the search, or the width of what the point was shut in. A crossing
-  of branches without a symmetry is known to some 1e-4 of the range, as Newton's method fails there; all others to 1e-10.
+- *What is found is located*: `special.error` is the last change of the search, or the width of what the point was shut in, 1e-10 of the
+  range or less. Newton's method fails where branches cross without a symmetry: there it is the change of an interpolation between points on
+  both sides.
 
 The fold of `examples/grazing.py` lies {part:.1e} of its force below the graze. From F = 1 the branch finds it at
 

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// How many points, none of them in the middle.
 const NODES: usize = 8;
 /// How far the farthest are at the most, in arclength, and how often half as far where they do not lie on both sides.
-const REACH: f64 = 0.02;
+const REACH: f64 = 0.015;
 const MOST_HALVINGS: usize = 3;
 /// Bisections of the polynomial: to the last digit.
 const BISECTIONS: usize = 60;

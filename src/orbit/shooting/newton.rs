@@ -226,20 +226,26 @@ impl Shooting<'_> {
             delays[unknowns] += y.time - self.next_start(k, state);
         }
         let own = rows.len();
-        rows.extend((0..two_n).map(|i| deviations.row(i).transpose() / scale(i)));
-        let all = DMatrix::from_fn(rows.len(), unknowns + 1, |i, j| rows[i][j]);
+        for i in 0..two_n {
+            if i < unknowns {
+                deviations[(i, i)] -= scale(i);
+            }
+            rows.push(deviations.row(i).transpose() / scale(i));
+        }
+        let mut all = DMatrix::from_fn(rows.len(), unknowns + 1, |i, j| rows[i][j]);
         let mut closing = DMatrix::zeros(rows.len(), unknowns);
         for i in 0..two_n.min(unknowns) {
             closing[(own + i, i)] = -1.0;
         }
         for (i, row) in rows.iter().enumerate() {
             if let Some(later) = row.get(unknowns + 1) {
-                closing[(i, two_n)] = *later;
+                closing[(i, two_n)] += *later;
+                all[(i, two_n)] += *later;
             }
         }
         Ok(Linearised {
             right: -all.column(unknowns).into_owned(),
-            rows: all.columns(0, unknowns) + &closing,
+            rows: all.columns(0, unknowns).into_owned(),
             closing,
             mismatch: worst.size,
             times: (0..=flights)
