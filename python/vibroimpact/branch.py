@@ -405,15 +405,19 @@ _ZERO = 1e-6
 
 def _zeros(branch: Branch, between: tuple[float, float], name: str, measure: Monitor) -> Iterator[Special]:
     """Give the points between others at which a function is zero, by the false position in the branch's number."""
-    values, span = branch.monitor[name], np.ptp(branch.parameter)
-    for k in map(int, np.flatnonzero(values[:-1] * values[1:] < 0.0)):
-        (x, y), (f, g) = branch.parameter[k : k + 2], values[k : k + 2]
-        size, at, value, orbit = max(abs(f), abs(g)), x, f, branch[k]
+    span = np.ptp(branch.parameter)
+    known = dict(zip(branch.arclength.tolist(), branch.monitor[name].tolist(), strict=True))
+    nodes = [(node, known[node.arclength] if node.arclength in known else measure(node.orbit)) for node in branch._nodes()]
+    for (here, f), (there, g) in itertools.pairwise(nodes):
+        if not f * g < 0.0:
+            continue
+        x, y = here.parameter, there.parameter
+        size, at, value, orbit = max(abs(f), abs(g)), x, f, here.orbit
         while x != y:
             before, at = at, x - f * (y - x) / (g - f)
             if not min(x, y) < at < max(x, y):
                 break
-            orbit = branch._between(k, at)
+            orbit = branch._between((here, there), at)
             value = measure(orbit)
             # The side that stays is halved, so that both come nearer (Illinois).
             (x, f, y, g) = (at, value, y, 0.5 * g) if value * f > 0.0 else (x, 0.5 * f, at, value)
@@ -421,8 +425,8 @@ def _zeros(branch: Branch, between: tuple[float, float], name: str, measure: Mon
                 break
         if abs(value) > _ZERO * size:
             continue
-        part = (at - branch.parameter[k]) / (branch.parameter[k + 1] - branch.parameter[k])
-        arclength = float(branch.arclength[k] + part * (branch.arclength[k + 1] - branch.arclength[k]))
+        part = (at - here.parameter) / (there.parameter - here.parameter)
+        arclength = float(here.arclength + part * (there.arclength - here.arclength))
         error = max(abs(at - before), np.finfo(float).eps * span)
         point: tuple[Any, ...] = (f"user:{name}", float(at), float(error), arclength, orbit, None, None, None, [])
         yield Special._of(point, branch.parameter_name, between, getattr(branch, "_make", None))

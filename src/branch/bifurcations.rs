@@ -21,7 +21,7 @@ pub(super) fn bifurcations(
 ) -> Result<Vec<Special>> {
     let (a, b) = (&from.indicators, &to.indicators);
     let fold = |settled: &Settled| Ok(settled.tangent.value_part);
-    let doubling = |settled: &Settled| family.multiplier_test(&settled.place, -1.0);
+    let doubling = |settled: &Settled| family.multiplier_test((&settled.place, None), -1.0);
     let crossing = |settled: &Settled| Ok(settled.equations.crossing(&settled.tangent));
     let is_half = family.signature.images.is_some();
     let doubled = if is_half {

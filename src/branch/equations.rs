@@ -218,28 +218,26 @@ impl Family<'_> {
     }
 
     /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
-    pub fn multiplier_test(&self, place: &Place, multiplier: f64) -> Result<f64> {
-        let own = self.multiplier_determinant(place, multiplier)?;
-        Ok(own.in_parts_of(own.lengths))
-    }
-
-    /// The same by the equations of a place.
-    pub fn multiplier_test_by(
+    pub fn multiplier_test(
         &self,
-        (place, equations): (&Place, &Equations),
+        at: (&Place, Option<&Equations>),
         multiplier: f64,
     ) -> Result<f64> {
-        let Some(linear) = &equations.linear else {
-            return self.multiplier_test(place, multiplier);
-        };
-        let own = Determinant::of(linear.returning(multiplier));
+        let own = self.multiplier_determinant(at, multiplier)?;
         Ok(own.in_parts_of(own.lengths))
     }
 
-    /// A determinant that is zero where a number is a multiplier, and smooth.
-    pub fn multiplier_determinant(&self, place: &Place, multiplier: f64) -> Result<Determinant> {
+    /// A determinant that is zero where a number is a multiplier, and smooth; by the equations of a place where they are known.
+    pub fn multiplier_determinant(
+        &self,
+        (place, equations): (&Place, Option<&Equations>),
+        multiplier: f64,
+    ) -> Result<Determinant> {
+        let known = equations.and_then(|own| own.linear.as_ref());
         Ok(Determinant::of(if self.has_pulses {
             self.pulse_variational(place, multiplier)
+        } else if let Some(linear) = known {
+            linear.returning(multiplier)
         } else {
             self.linearised(place)?.returning(multiplier)
         }))

@@ -38,7 +38,7 @@ impl Indicators {
         let is_alone = orbit.scene().n_dof() == 1;
         Ok(Self {
             fold: tangent.value_part,
-            doubling: family.multiplier_test_by((place, equations), -1.0)?,
+            doubling: family.multiplier_test((place, Some(equations)), -1.0)?,
             crossing: equations.crossing(tangent),
             outside: if is_alone || family.energetics.is_some() {
                 None

@@ -78,9 +78,16 @@ pub(super) fn as_loop<'a>(
         .map(Some)
 }
 
-/// Whether one stop is hit, between free flights.
-fn is_one_impact(stage: &ContactStage) -> bool {
-    stage.held.is_empty() && matches!(&stage.event, Event::Strike(stops) if stops.len() == 1)
+/// Whether one stop is hit at each instant, between free flights, or nothing at all.
+fn are_impacts(stages: &[ContactStage]) -> bool {
+    let is_one = |stage: &ContactStage| match &stage.event {
+        Event::Strike(stops) => stops.len() == 1,
+        Event::Nothing => true,
+        _ => false,
+    };
+    stages
+        .iter()
+        .all(|stage| stage.held.is_empty() && is_one(stage))
 }
 
 impl Family<'_> {
@@ -123,7 +130,7 @@ impl Family<'_> {
             state.states.push(instant.state);
         }
         state.times.push(first - zero + period);
-        let has_pulses = self.has_pulses && stages.iter().all(is_one_impact);
+        let has_pulses = self.has_pulses && are_impacts(&stages);
         let family = Self {
             has_pulses,
             signature: Signature {

@@ -173,13 +173,18 @@ impl Family<'_> {
                 .map(|(own, more)| own + more * self.units.velocity)
                 .collect(),
         };
-        let last = moved.times[0] + period(&state);
-        let states = equations.after(&moved);
+        let (starts, states) = if moved.times.is_empty() {
+            let begin = state.times[0];
+            (vec![begin], vec![equations.steady_at(begin)])
+        } else {
+            (moved.times.clone(), equations.after(&moved))
+        };
+        let last = starts[0] + period(&state);
         Ok(Place {
             value,
             state: ShootingState {
-                starts: moved.times.clone(),
-                times: moved.times.iter().copied().chain([last]).collect(),
+                times: starts.iter().copied().chain([last]).collect(),
+                starts,
                 states: states.iter().map(|z| equations.physical(z)).collect(),
             },
             clock,
@@ -216,7 +221,7 @@ impl Family<'_> {
         let units = &self.units_in(&scene);
         let mut own = pulses.linearised(&train, units);
         // Gaps are to be zero to rounding, where the orbit may not change by much: not along a fold.
-        for _ in 0..POLISHED {
+        for _ in 0..POLISHED.min(pulses.len()) {
             let tolerance = ALONG_FOLD * own.rows.amax();
             let by = rank::solve(&own.rows, &own.right, tolerance)?.particular;
             let count = pulses.len();
@@ -234,6 +239,7 @@ impl Family<'_> {
             }
             (train, own) = (moved, there);
         }
-        pulses.orbit(&scene, &train, self.signature.n_periods)
+        let begin = train.times.first().copied().unwrap_or(place.state.times[0]);
+        pulses.orbit(&scene, (&train, begin), self.signature.n_periods)
     }
 }

@@ -77,7 +77,7 @@ pub(super) struct Direction {
 impl Direction {
     /// The product in which a direction has its length: the mean over the unknowns of the loop, so that loops of many instants step alike.
     pub fn dot(&self, other: &Self) -> f64 {
-        let count = self.loop_part.len() as f64;
+        let count = self.loop_part.len().max(1) as f64;
         self.loop_part.dot(&other.loop_part) / count + self.value_part * other.value_part
     }
 
@@ -112,7 +112,7 @@ impl Direction {
 
     /// The row that is this product with a direction.
     pub fn row(&self) -> DVector<f64> {
-        let count = self.loop_part.len() as f64;
+        let count = self.loop_part.len().max(1) as f64;
         (&self.loop_part / count).push(self.value_part)
     }
 

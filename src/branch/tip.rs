@@ -17,6 +17,8 @@ const BESIDE: f64 = 1e-6;
 /// Steps of the secant method to the doubling, and a part of the range below which one is the last.
 const MOST_STEPS: usize = 20;
 const KNOWN: f64 = 1e-12;
+/// The tip of a step is no farther from its start than this part of it.
+const FARTHEST: f64 = 1.5;
 
 /// A tip: the doubling of the motion that both rounds become, and the last point of the branch.
 pub(super) struct Tip {
@@ -51,7 +53,11 @@ pub(super) fn tip(family: &Family<'_>, from: &Point, to: &Place) -> Result<Optio
         return Ok(None);
     };
     let (_, place) = one.repeated(&settled.place, &settled.place.state, &[0.0, 0.0])?;
-    let arclength = from.arclength + family.between(&from.place, &place).length();
+    let along = family.between(&from.place, &place).length();
+    if along > FARTHEST * reach {
+        return Ok(None);
+    }
+    let arclength = from.arclength + along;
     // The rounds come to each other along what parts them.
     let tangent = before.apart.scaled(1.0 / before.apart.length());
     let equations = family.equations(&place)?;
@@ -84,7 +90,7 @@ impl Family<'_> {
         let is_even = self.is_free || n_periods.is_multiple_of(2);
         let is_alike = self.is_empty() || stages[..own] == stages[own..];
         let is_whole = self.signature.images.is_none();
-        if !(is_even && is_alike && is_whole) || self.is_free && self.is_empty() {
+        if !(is_even && is_alike && is_whole) || self.is_empty() && self.is_alone(place)? {
             return Ok(None);
         }
         let whole = period(&place.state);
@@ -101,6 +107,12 @@ impl Family<'_> {
         let (_, late) = self.with_instants(place.value, second.clone(), (whole, n_periods))?;
         let apart = self.between(place, &late);
         Ok(Some(Rounds { second, apart }))
+    }
+
+    /// Whether loops in which nothing happens are alone at their value, or have no phase of their own.
+    fn is_alone(&self, place: &Place) -> Result<bool> {
+        let scene = self.scene(place.value)?;
+        Ok(self.is_free || scene.linear_system("continuation").is_ok())
     }
 
     /// The instant half a period after that of a loop in which nothing happens.
@@ -139,14 +151,14 @@ fn doubling_near<'a>(
         return Ok(None);
     };
     let span = one.span();
-    let mut test = one.multiplier_test(&settled.place, -1.0)?;
+    let mut test = one.multiplier_test((&settled.place, None), -1.0)?;
     let mut step = BESIDE * span;
     for _ in 0..MOST_STEPS {
         let from = (&settled.place, &settled.equations, &settled.tangent);
         let Ok(next) = step_to(&one, from, Target::Value(settled.place.value + step))? else {
             return Ok(None);
         };
-        let there = one.multiplier_test(&next.place, -1.0)?;
+        let there = one.multiplier_test((&next.place, None), -1.0)?;
         let (slope, last) = ((there - test) / step, step.abs());
         settled = next;
         test = there;

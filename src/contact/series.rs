@@ -334,6 +334,14 @@ mod tests {
         (root, touches)
     }
 
+    /// Random numbers in (-1, 1).
+    fn random(mut seed: u64) -> impl FnMut() -> f64 {
+        move || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+        }
+    }
+
     #[test]
     fn the_first_fall_through_zero_is_found_whatever_follows() {
         for roots in [
@@ -415,11 +423,7 @@ mod tests {
 
     #[test]
     fn random_gaps_are_judged_as_dense_samples_judge_them() {
-        let mut seed = 1u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
-        };
+        let mut random = random(1);
         let mut contacts = 0;
         for _ in 0..2000 {
             let mut c: Vec<f64> = (0..14).map(|k| random() * 0.4f64.powi(k) * 2.0).collect();
@@ -444,11 +448,7 @@ mod tests {
 
     #[test]
     fn the_lowest_gap_is_below_all_samples() {
-        let mut seed = 3u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
-        };
+        let mut random = random(3);
         for _ in 0..500 {
             let c: Vec<f64> = (0..14).map(|k| random() * 0.6f64.powi(k) * 2.0).collect();
             let gap = GapSeries::of(&c, 1.0);

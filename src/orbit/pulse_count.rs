@@ -25,6 +25,10 @@ const MOST_SECANTS: usize = 30;
 impl Pulses {
     /// How many multipliers lie outside the unit circle; `None` where the determinant is too near to zero on it, or turns too fast.
     pub fn n_outside(&self, train: &PulseTrain, units: &Units) -> Option<usize> {
+        if self.len() == 0 {
+            // Those of the modes, which decay.
+            return Some(0);
+        }
         let (kernel, modes) = self.near_circle(train);
         let at = |angle: f64| {
             let point = Complex::from_polar(RADIUS, angle);

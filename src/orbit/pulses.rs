@@ -97,7 +97,10 @@ impl Pulses {
         }
         let contacts = contacts(scene);
         let mut hits = Vec::with_capacity(stages.len());
-        for stage in stages {
+        // Of a motion that hits nothing there are none.
+        let is_empty =
+            matches!(stages, [only] if only.event == Event::Nothing && only.held.is_empty());
+        for stage in stages.iter().filter(|_| !is_empty) {
             let Event::Strike(stops) = &stage.event else {
                 return None;
             };
@@ -211,7 +214,7 @@ impl Pulses {
     }
 
     /// The response to the forcing.
-    fn steady_at(&self, t: f64) -> ModalState {
+    pub fn steady_at(&self, t: f64) -> ModalState {
         let phasors: Vec<Complex<f64>> = self.modal.rotations.phasors(self.moment(t)).collect();
         let part = |b: usize, c: usize| {
             let turned = self.steady.iter().zip(&phasors);
@@ -365,33 +368,41 @@ impl Pulses {
         right
     }
 
-    /// The orbit of a train.
+    /// The orbit of a train; that of no impacts begins at a time.
     pub fn orbit(
         &self,
         scene: &Scene,
-        train: &PulseTrain,
+        (train, begin): (&PulseTrain, f64),
         n_periods: usize,
     ) -> Result<PeriodicOrbit> {
         let count = self.len();
+        let flight = |start: f64, span: f64, after: ModalState, before_next: ModalState| Flight {
+            start,
+            span,
+            after,
+            before_next,
+            mode: ContactMode::FREE,
+        };
         let before = self.before(train);
         let mut elapsed = 0.0;
         let flights = (0..count).map(|i| {
             let span = self.since(&train.times, (i + 1) % count, i);
-            let flight = Flight {
-                start: elapsed,
-                span,
-                after: self.behind(i, &before[i], train.changes[i]),
-                before_next: before[(i + 1) % count].clone(),
-                mode: ContactMode::FREE,
-            };
+            let after = self.behind(i, &before[i], train.changes[i]);
+            let own = flight(elapsed, span, after, before[(i + 1) % count].clone());
             elapsed += span;
-            flight
+            own
         });
+        let mut flights: Vec<Flight> = flights.collect();
+        if flights.is_empty() {
+            let state = self.steady_at(begin);
+            flights.push(flight(0.0, self.period, state.clone(), state));
+        }
+        let hits = self.hits.iter().map(|hit| vec![hit.stop]);
         let parts = OrbitData {
-            flights: flights.collect(),
-            pattern: Pattern::new(self.hits.iter().map(|hit| vec![hit.stop]).collect())?,
+            flights,
+            pattern: Pattern::new(hits.collect())?,
             n_periods,
-            phase: wrapped(self.modal.frequency * train.times[0] + self.phase),
+            phase: wrapped(self.modal.frequency * begin + self.phase),
             impulses: self
                 .hits
                 .iter()

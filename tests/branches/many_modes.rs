@@ -269,3 +269,64 @@ fn coordinates_that_see_nothing_change_nothing() {
         }
     }
 }
+
+/// What hits nothing is the response to the forcing, to which many modes are no more than few: `x = Re (k - m w^2 + i c w)^-1 f e^{iwt}` of
+/// each comes to the stop where its largest sum along the normal does.
+#[test]
+fn a_motion_that_hits_nothing_is_followed_to_its_touch() {
+    for n in [24, 60] {
+        let of = |f: fn(f64) -> f64| DVector::from_fn(n, |i, _| f(1.0 + i as f64));
+        let (m, c, k) = (of(|_| 1.0), of(|w| 0.02 * w), of(|w| w * w));
+        let (f, normal) = (of(|w| 1.0 / w), of(|w| 1.0 / (0.9 + 0.1 * w)));
+        let system = LinearSystem::new(m, c.clone(), k.clone()).expect("valid");
+        let force = Harmonic::new(f.map(Complex::from), 2.4, 0.3).expect("valid");
+        let stop = Stop::new(normal.clone(), 0.3, 0.8).expect("valid");
+        let scene = Scene::new(system, force, [stop]).expect("valid");
+        let found = periodic_orbits(&scene, &Pattern::none(), &OrbitOptions::default());
+        let rest = &found.expect("one")[0];
+        let touch = |w: f64| {
+            let each = (0..n).map(|i| normal[i] * f[i] / Complex::new(k[i] - w * w, c[i] * w));
+            each.sum::<Complex<f64>>().norm()
+        };
+        let (scale, range) = (Parameter::ForcingScale, (0.2, 3.0));
+        let branch = followed(rest, scale, range, &ContinuationOptions::default());
+        assert!(branch.outside.is_some(), "{n}");
+        assert!(
+            branch
+                .n_unstable()
+                .expect("counts")
+                .iter()
+                .all(|own| *own == Some(0))
+        );
+        let graze = branch.special.last().expect("a touch");
+        assert_eq!(graze.kind, SpecialKind::Graze);
+        let off = (graze.parameter * touch(2.4) / 0.3 - 1.0).abs();
+        assert!(off < 1e-10, "{n} {off:e}");
+        for (orbit, value) in branch.orbits.iter().zip(&branch.parameter) {
+            let least = 0.3 - value * touch(2.4);
+            assert!(
+                (orbit.min_gap().expect("gaps")[0] - least).abs() < 1e-10,
+                "{n} {value}"
+            );
+        }
+        // What is born there is followed by its impulse.
+        let born = branches(graze, scale, range).expect("branches");
+        let one = born
+            .iter()
+            .find(|own| own.orbit.impacts().len() == 1)
+            .expect("one");
+        let unit = one.parameter;
+        let options = ContinuationOptions {
+            beyond: Virtual::Keep,
+            max_points: 10,
+            ..ContinuationOptions::default()
+        };
+        let next = followed(&one.orbit, scale, (0.2 / unit, 3.0 / unit), &options);
+        assert!(next.outside.is_some() && next.orbits.len() > 5);
+        // Over the frequency the phase at which it begins stays, too.
+        let over = followed(rest, Parameter::Frequency, (2.3, 2.6), &options);
+        for (orbit, w) in over.orbits.iter().zip(&over.parameter) {
+            assert!((orbit.min_gap().expect("gaps")[0] - (0.3 - touch(*w))).abs() < 1e-10);
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Scenes and orbits that the tests begin with.
 
+use crate::random::Random;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
@@ -156,6 +157,28 @@ pub fn pressed(second: f64, restitution: f64) -> vibroimpact::Result<Scene> {
     let force = vec![dvector![1.0.into()], dvector![(-second).into()]];
     let force = Fourier::new(force, 0.3, 0.0)?;
     Scene::new(system, force, [Stop::new(0, 0.0, restitution)?])
+}
+
+/// A random oscillator, with an orbit of one impact a little beside the force at which it doubles; none where it does not.
+pub fn beside_a_doubling(random: &mut Random) -> Option<(Oscillator, PeriodicOrbit)> {
+    let own = Oscillator {
+        eta: random.between(0.01, 0.2),
+        force: 1.0,
+        frequency: random.between(1.5, 4.0),
+        clearance: random.between(0.2, 1.5),
+        restitution: random.between(0.3, 0.95),
+    };
+    let speed = own.doubling_speed(1);
+    if !(speed > 0.05 && speed.is_finite()) {
+        return None;
+    }
+    let start = Oscillator {
+        force: 1.001 * own.force_of(1, speed),
+        ..own
+    };
+    let near = |orbit: &PeriodicOrbit| (orbit.impacts()[0].approach / speed - 1.0).abs() < 0.1;
+    let orbit = start.orbits(1).into_iter().find(near)?;
+    Some((start, orbit))
 }
 
 /// The orbit that one mass comes to from rest somewhere, after so many periods of the forcing.

@@ -1,7 +1,7 @@
 //! Branches that meet a branch at its special points, against the laws of what is born there.
 
 use crate::random::Random;
-use crate::scenes::{Oscillator, USUAL, followed, pressed, settled};
+use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed, pressed, settled};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
@@ -24,27 +24,7 @@ fn doubled_orbits_exchange_stability_with_their_branch() {
     let mut seen = 0;
     for case in 0..200 {
         let random = &mut Random::of_case(71, case);
-        let own = Oscillator {
-            eta: random.between(0.01, 0.2),
-            force: 1.0,
-            frequency: random.between(1.5, 4.0),
-            clearance: random.between(0.2, 1.5),
-            restitution: random.between(0.3, 0.95),
-        };
-        let speed = own.doubling_speed(1);
-        if !(speed > 0.05 && speed.is_finite()) {
-            continue;
-        }
-        let critical = own.force_of(1, speed);
-        let start = Oscillator {
-            force: 1.001 * critical,
-            ..own
-        };
-        let orbits = start.orbits(1);
-        let near = |orbit: &&vibroimpact::PeriodicOrbit| {
-            (orbit.impacts()[0].approach / speed - 1.0).abs() < 0.1
-        };
-        let Some(orbit) = orbits.iter().find(near) else {
+        let Some((start, orbit)) = beside_a_doubling(random) else {
             continue;
         };
         let (parameter, range) = (Parameter::ForcingScale, (0.8, 1.3));
@@ -52,13 +32,13 @@ fn doubled_orbits_exchange_stability_with_their_branch() {
             beyond: Virtual::Keep,
             ..Default::default()
         };
-        let branch = followed(orbit, parameter, range, &options);
+        let branch = followed(&orbit, parameter, range, &options);
         let doublings = branch.special.iter();
         let doublings = doublings.filter(|own| own.kind == SpecialKind::PeriodDoubling);
         for doubling in doublings {
             let born = branches(doubling, parameter, range).expect("branches");
             let [born] = born.as_slice() else {
-                panic!("{own:?}: {}", born.len());
+                panic!("{start:?}: {}", born.len());
             };
             assert_eq!(born.orbit.n_periods(), 2);
             let impacts = born.orbit.impacts();
@@ -67,10 +47,10 @@ fn doubled_orbits_exchange_stability_with_their_branch() {
             assert!(speeds[0] != speeds[1]);
             assert!((0.5 * (speeds[0] + speeds[1]) / at - 1.0).abs() < 0.05);
             // Stable where the branch is not, with one multiplier more outside where it is stable.
-            let other = find_orbit(&branch_scene(&start, born.parameter), orbit, None);
+            let other = find_orbit(&branch_scene(&start, born.parameter), &orbit, None);
             let other = other.expect("the branch beside it");
             let is_stable = other.stability().expect("multipliers").is_stable;
-            assert_eq!(Some(stable(born)), is_stable.map(|is| !is), "{own:?}");
+            assert_eq!(Some(stable(born)), is_stable.map(|is| !is), "{start:?}");
             seen += 1;
         }
     }

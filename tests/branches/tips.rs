@@ -1,7 +1,7 @@
 //! Doubled branches end where both rounds are one, at the doubling of the branch that they meet there.
 
 use crate::random::Random;
-use crate::scenes::{Oscillator, followed};
+use crate::scenes::{Oscillator, beside_a_doubling, followed};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
@@ -84,24 +84,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
     let mut seen = 0;
     for case in 0..200 {
         let random = &mut Random::of_case(71, case);
-        let own = Oscillator {
-            eta: random.between(0.01, 0.2),
-            force: 1.0,
-            frequency: random.between(1.5, 4.0),
-            clearance: random.between(0.2, 1.5),
-            restitution: random.between(0.3, 0.95),
-        };
-        let speed = own.doubling_speed(1);
-        if !(speed > 0.05 && speed.is_finite()) {
-            continue;
-        }
-        let critical = own.force_of(1, speed);
-        let start = Oscillator {
-            force: 1.001 * critical,
-            ..own
-        };
-        let near = |orbit: &PeriodicOrbit| (orbit.impacts()[0].approach / speed - 1.0).abs() < 0.1;
-        let Some(orbit) = start.orbits(1).into_iter().find(near) else {
+        let Some((start, orbit)) = beside_a_doubling(random) else {
             continue;
         };
         let scale = Parameter::ForcingScale;
@@ -113,7 +96,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
             let force = |value: f64| {
                 let oscillator = Oscillator {
                     force: value,
-                    ..own
+                    ..start
                 };
                 Ok(oscillator.scene())
             };
@@ -139,7 +122,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
             assert_eq!(parent[0].orbit.n_periods(), 1);
             let miss = Oscillator {
                 force: parent[0].parameter,
-                ..own
+                ..start
             }
             .miss(1, parent[0].orbit.impacts()[0].approach);
             assert!(miss.abs() < 1e-9, "{miss:e}");

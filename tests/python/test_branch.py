@@ -354,6 +354,21 @@ class TestMonitorZeros:
         arclengths = [own.arclength for own in branch.special]
         assert arclengths == sorted(arclengths)
 
+    def test_zeros_beside_a_fold_between_two_points(self):
+        # The speed goes on one way through the fold, the force back.
+        numbers = {"frequency": 2.8, "clearance": -0.5}
+        way = {"virtual": "keep", "step": (1e-3, 0.5, 0.5)}
+        plain = vi.continuation(orbit(force=1.0, **numbers), "forcing_scale", (0.2, 2.0), **way)
+        (fold,) = (own for own in plain.special if own.kind == "fold")
+        there = np.flatnonzero(plain.arclength < fold.arclength)[-1]
+        low, high = plain.speeds_before[there : there + 2, 0]
+        for part in (0.1, 0.5, 0.9):
+            wanted = low + part * (high - low)
+            off = {"off": lambda own, wanted=wanted: own.impacts["speed_before"][0] - wanted}
+            branch = vi.continuation(orbit(force=1.0, **numbers), "forcing_scale", (0.2, 2.0), monitor=off, **way)
+            (found,) = (own for own in branch.special if own.kind == "user:off")
+            assert abs(miss(wanted, force=found.parameter, **numbers)) < 1e-9
+
     def test_a_jump_is_no_zero(self):
         branch = vi.continuation(
             orbit(),

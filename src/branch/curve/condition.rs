@@ -1,5 +1,6 @@
 //! What holds on a curve besides the equations of its loops.
 
+use crate::branch::equations::Equations;
 use crate::branch::family::Family;
 use crate::branch::multipliers::{own_multipliers, pair_of_product_one};
 use crate::branch::place::Place;
@@ -19,33 +20,27 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// A smooth number that is zero where it holds, and the logarithm of the unit that it has there; none where nothing is to be said.
-    pub fn measured(self, family: &Family<'_>, place: &Place) -> Result<Option<(f64, f64)>> {
-        if let Self::Multiplier(mu) = self {
-            let own = family.multiplier_determinant(place, mu)?;
-            let unit = own.lengths;
-            return Ok(Some((own.in_parts_of(unit), unit)));
-        }
-        Ok(self.value(family, place, 0.0)?.map(|value| (value, 0.0)))
-    }
-
-    /// The same in a unit.
-    pub fn value(self, family: &Family<'_>, place: &Place, unit: f64) -> Result<Option<f64>> {
-        match self {
+    /// A smooth number that is zero where it holds, in a unit or its own, with the logarithm of that; none where nothing is to be said. The
+    /// equations of the place serve where they are known.
+    pub fn value(
+        self,
+        family: &Family<'_>,
+        (place, equations): (&Place, Option<&Equations>),
+        unit: Option<f64>,
+    ) -> Result<Option<(f64, f64)>> {
+        let value = match self {
             Self::Multiplier(mu) => {
-                let own = family.multiplier_determinant(place, mu)?;
-                Ok(Some(own.in_parts_of(unit)))
+                let own = family.multiplier_determinant((place, equations), mu)?;
+                let unit = unit.unwrap_or(own.lengths);
+                return Ok(Some((own.in_parts_of(unit), unit)));
             }
             Self::OnCircle => {
                 let own = own_multipliers(&family.orbit(place)?)?.unwrap_or_default();
-                let size = pair_of_product_one(&own).map_or(f64::NAN, |pair| pair.product.ln());
-                Ok(Some(size))
+                pair_of_product_one(&own).map_or(f64::NAN, |pair| pair.product.ln())
             }
-            Self::NoSpeed(instant) => {
-                let speed = family.approach(place, instant)?;
-                Ok(Some(speed / family.units.velocity))
-            }
-            Self::Together => Ok(None),
-        }
+            Self::NoSpeed(instant) => family.approach(place, instant)? / family.units.velocity,
+            Self::Together => return Ok(None),
+        };
+        Ok(Some((value, 0.0)))
     }
 }

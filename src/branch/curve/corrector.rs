@@ -88,7 +88,7 @@ impl Plane<'_> {
             let is_sharp = is_last || is_sharp(mismatch, [last, left]);
             let is_there = mismatch <= ORBIT_CLOSED && left <= SETTLED && is_sharp;
             last = left;
-            let conditions = if is_there && near.is_some() {
+            let conditions = if is_there {
                 self.renewed(&spot, conditions)
             } else {
                 Ok(conditions)

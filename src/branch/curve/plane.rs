@@ -59,7 +59,7 @@ pub(super) struct Conditions {
     pub right: DVector<f64>,
     /// How far the loop is from closing.
     pub mismatch: f64,
-    first: Equations,
+    pub first: Equations,
     second: ByValue,
     /// Of the condition, where that is a row beside those of the loop.
     gradient: Option<Gradient>,
@@ -71,6 +71,26 @@ struct Gradient {
     row: DVector<f64>,
     size: f64,
     unit: f64,
+}
+
+/// How a function changes from zero, where its value is known.
+type Rate<'a> = &'a dyn Fn(&dyn Fn(f64) -> Result<f64>, f64) -> Result<f64>;
+
+/// By a step ahead, back at the end of what a number may be.
+fn ahead(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
+    match of(STEP) {
+        Err(Error::BadValue { .. }) => Ok((value - of(-STEP)?) / STEP),
+        above => Ok((above? - value) / STEP),
+    }
+}
+
+/// By a step both ways, one-sided at the end of what a number may be.
+fn central(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
+    Ok(match (of(STEP), of(-STEP)) {
+        (Err(Error::BadValue { .. }), below) => (value - below?) / STEP,
+        (above, Err(Error::BadValue { .. })) => (above? - value) / STEP,
+        (above, below) => (above? - below?) / (2.0 * STEP),
+    })
 }
 
 impl Conditions {
@@ -178,21 +198,21 @@ impl Plane<'_> {
         })
     }
 
-    /// The equations at a spot.
+    /// The equations at a spot, of which Newton's method begins: how the condition changes is one-sided.
     pub fn conditions(&self, spot: &Spot) -> Result<Conditions> {
         let nothing = &ByValue::default();
         let bare = self.along(0, spot, |family| {
             family.equations_nearby(&spot.place, nothing)
         })?;
-        self.with_changes(spot, bare)
+        self.with_changes(spot, bare, &ahead)
     }
 
-    /// The same with what changes there.
+    /// The same with what changes there, by central differences.
     pub fn renewed(&self, spot: &Spot, conditions: Conditions) -> Result<Conditions> {
-        self.with_changes(spot, conditions.first)
+        self.with_changes(spot, conditions.first, &central)
     }
 
-    fn with_changes(&self, spot: &Spot, bare: Equations) -> Result<Conditions> {
+    fn with_changes(&self, spot: &Spot, bare: Equations, rate: Rate<'_>) -> Result<Conditions> {
         let first = self.along(0, spot, |family| family.renewed(&spot.place, bare))?;
         let over_second = Place {
             value: spot.second,
@@ -202,15 +222,23 @@ impl Plane<'_> {
             family.renewed(&over_second, first.clone())
         })?;
         let loops = Conditions::of_loop(first, second.by_value);
-        let condition = self.condition;
-        let measured = self.along(0, spot, |family| condition.measured(family, &spot.place))?;
-        Ok(match measured {
-            Some((value, unit)) => {
-                let gradient = self.gradient(spot, &loops, (value, unit))?;
-                loops.with(value, gradient)
-            }
-            None => loops,
-        })
+        let Some((value, unit)) = self.value(spot, Some(&loops.first), None)? else {
+            return Ok(loops);
+        };
+        let unknowns = loops.matrix.ncols();
+        let mut row = DVector::zeros(unknowns);
+        for k in 0..unknowns {
+            let by = |part: f64| -> Result<f64> {
+                let mut step = DVector::zeros(unknowns);
+                step[k] = part;
+                let there = self.value(&self.deviated(spot, &loops, &step)?, None, Some(unit))?;
+                Ok(there.map_or(f64::NAN, |(value, _)| value))
+            };
+            row[k] = rate(&by, value)?;
+        }
+        let size = row.amax();
+        row /= size;
+        Ok(loops.with(value, Gradient { row, size, unit }))
     }
 
     /// The same with what changes with both numbers, and with the condition, as it is at a spot nearby.
@@ -222,8 +250,8 @@ impl Plane<'_> {
         let Some(gradient) = near.gradient.clone() else {
             return Ok(loops);
         };
-        let value = self.value(spot, gradient.unit)?;
-        Ok(loops.with(value, gradient))
+        let value = self.value(spot, Some(&loops.first), Some(gradient.unit))?;
+        Ok(loops.with(value.map_or(f64::NAN, |(value, _)| value), gradient))
     }
 
     /// Conditions as those of a spot next to theirs.
@@ -236,41 +264,15 @@ impl Plane<'_> {
         })
     }
 
-    /// How the number of the condition changes, by differences, with its value and unit at a spot.
-    fn gradient(
+    /// The number of the condition at a spot, in a unit or its own, and that.
+    fn value(
         &self,
         spot: &Spot,
-        at: &Conditions,
-        (value, unit): (f64, f64),
-    ) -> Result<Gradient> {
-        let unknowns = at.matrix.ncols();
-        let mut row = DVector::zeros(unknowns);
-        for k in 0..unknowns {
-            let by = |part: f64| -> Result<f64> {
-                let mut step = DVector::zeros(unknowns);
-                step[k] = part;
-                self.value(&self.deviated(spot, at, &step)?, unit)
-            };
-            // One-sided at the end of what a number may be.
-            row[k] = match (by(STEP), by(-STEP)) {
-                (Err(Error::BadValue { .. }), below) => (value - below?) / STEP,
-                (above, Err(Error::BadValue { .. })) => (above? - value) / STEP,
-                (above, below) => (above? - below?) / (2.0 * STEP),
-            };
-        }
-        let size = row.amax();
-        Ok(Gradient {
-            row: row / size,
-            size,
-            unit,
-        })
-    }
-
-    /// The number of the condition at a spot, in a unit.
-    fn value(&self, spot: &Spot, unit: f64) -> Result<f64> {
-        let condition = self.condition;
-        let value = self.along(0, spot, |family| condition.value(family, &spot.place, unit))?;
-        Ok(value.unwrap_or(f64::NAN))
+        equations: Option<&Equations>,
+        unit: Option<f64>,
+    ) -> Result<Option<(f64, f64)>> {
+        let (condition, at) = (self.condition, (&spot.place, equations));
+        self.along(0, spot, |family| condition.value(family, at, unit))
     }
 
     /// A spot moved by a correction of all unknowns, to first order.

@@ -2,9 +2,11 @@
 
 use crate::branch::curve::condition::Condition;
 use crate::branch::curve::corrector::Found;
-use crate::branch::curve::plane::{Plane, Spot};
+use crate::branch::curve::plane::Plane;
+use crate::branch::equations::Equations;
 use crate::branch::family::Family;
 use crate::branch::multipliers::{own_multipliers, pair_of_product_one};
+use crate::branch::place::Place;
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
@@ -25,7 +27,7 @@ impl Point {
         Ok(Self {
             arclength,
             is_virtual: plane.is_virtual(&found.spot, &orbit)?,
-            indicators: indicators(plane, &found.spot)?,
+            indicators: indicators(plane, &found)?,
             orbit,
             found,
         })
@@ -33,10 +35,12 @@ impl Point {
 }
 
 /// Numbers of a spot whose signs tell what else happens on a curve.
-pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static str, f64)>> {
+pub(super) fn indicators(plane: &Plane<'_>, found: &Found) -> Result<Vec<(&'static str, f64)>> {
+    let spot = &found.spot;
     let place = &spot.place;
+    let at = (place, Some(&found.conditions.first));
     plane.along(0, spot, |family| {
-        let test = |multiplier: f64| family.multiplier_test(place, multiplier);
+        let test = |multiplier: f64| family.multiplier_test(at, multiplier);
         let speeds = family.approaches(place)?.into_iter();
         let slowest = speeds.fold(f64::INFINITY, f64::min) / family.units.velocity;
         let is_half = plane.signature.images.is_some();
@@ -52,7 +56,7 @@ pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static
                 let is_alone = place.state.states[0].len() == 2;
                 if !(is_alone || is_half && mu < 0.0) {
                     let kind = if mu > 0.0 { "strong_1_1" } else { "strong_1_2" };
-                    all.push((kind, slope(family, spot, mu)?));
+                    all.push((kind, slope(family, at, mu)?));
                 }
             }
             Condition::OnCircle => {
@@ -80,10 +84,10 @@ pub(super) fn indicators(plane: &Plane<'_>, spot: &Spot) -> Result<Vec<(&'static
 const STEP: f64 = 1e-3;
 
 /// How fast the determinant that is zero at a multiplier changes with that; nothing where two are equal.
-fn slope(family: &Family<'_>, spot: &Spot, mu: f64) -> Result<f64> {
-    let unit = family.multiplier_determinant(&spot.place, mu)?.lengths;
+fn slope(family: &Family<'_>, at: (&Place, Option<&Equations>), mu: f64) -> Result<f64> {
+    let unit = family.multiplier_determinant(at, mu)?.lengths;
     let beside = |steps: f64| -> Result<f64> {
-        let own = family.multiplier_determinant(&spot.place, mu + steps * STEP)?;
+        let own = family.multiplier_determinant(at, mu + steps * STEP)?;
         Ok(own.in_parts_of(unit))
     };
     let near = beside(1.0)? - beside(-1.0)?;

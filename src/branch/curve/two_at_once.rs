@@ -55,12 +55,12 @@ pub(super) fn passed(
         if before * after >= 0.0 {
             continue;
         }
-        let value = |there: &Found| Ok(indicators(plane, &there.spot)?[k].1);
+        let value = |there: &Found| Ok(indicators(plane, there)?[k].1);
         let there = step.zero([before, *after], &value)?;
         // Where an impact has no speed all determinants vanish, and no multipliers meet.
         let is_graze =
             |(other, own): &(&str, f64)| *other == "resonant_graze" && own.abs() < NO_SPEED;
-        let at = indicators(plane, &there.0.spot)?;
+        let at = indicators(plane, &there.0)?;
         let is_of_multipliers = *kind == "fold_flip" || kind.starts_with("strong");
         // Nor is it a zero where another pair is the nearest to the circle from there on.
         let is_jump = at[k].1.abs() > JUMP * before.abs().max(after.abs());
