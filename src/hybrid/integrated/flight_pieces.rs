@@ -1,10 +1,17 @@
 //! The motion along a flight that is integrated, piece by piece: steps, or Taylor series where the scene has them.
 
-use super::maps::{OrbitDense, OrbitStep};
 use super::series_flow::SeriesPiece;
-use crate::flow::steps::DenseOutput;
+use crate::flow::integrate::KeptStep;
+use crate::flow::steps::{DenseOutput, DormandPrince, Stepper};
 use crate::hybrid::recorder::Written;
 use nalgebra::DVector;
+
+/// The method of the flights of an orbit.
+pub(super) type OrbitMethod = DormandPrince<Vec<f64>>;
+/// A step of it.
+pub(crate) type OrbitStep = KeptStep<OrbitDense>;
+/// The motion on it.
+pub(crate) type OrbitDense = <OrbitMethod as Stepper<Vec<f64>>>::Dense;
 
 /// The pieces of a flight.
 #[derive(Debug, Clone)]

@@ -1,11 +1,11 @@
 //! The maps of any scene: flights that are integrated, free or with stops held.
 
-use super::flight_pieces::FlightPieces;
+use super::flight_pieces::{FlightPieces, OrbitMethod};
 use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
-use crate::flow::integrate::{KeptStep, Variational, integrate, joined, parted};
-use crate::flow::steps::{Dop853, DormandPrince, Stepper, Tolerance};
+use crate::flow::integrate::{Variational, integrate, joined, parted};
+use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -19,13 +19,6 @@ const TOLERANCE: Tolerance = Tolerance {
     relative: 2e-13,
     absolute: 1e-15,
 };
-
-/// The method of the flights of an orbit.
-type OrbitMethod = DormandPrince<Vec<f64>>;
-/// A step of it.
-pub(crate) type OrbitStep = KeptStep<OrbitDense>;
-/// The motion on it.
-pub(crate) type OrbitDense = <OrbitMethod as Stepper<Vec<f64>>>::Dense;
 
 /// A scene whose flights are integrated, from a forcing phase.
 #[derive(Debug, Clone)]

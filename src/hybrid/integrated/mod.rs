@@ -17,9 +17,9 @@ mod series_flow;
 mod steps;
 mod system;
 
-pub(crate) use flight_pieces::FlightPieces;
+pub(crate) use flight_pieces::{FlightPieces, OrbitDense, OrbitStep};
 pub(crate) use flow::IntegratedFlow;
-pub(crate) use maps::{IntegratedMaps, OrbitDense, OrbitStep};
+pub(crate) use maps::IntegratedMaps;
 pub(crate) use pendulum::{Pendulum, has_series, series_order};
 pub(crate) use series::{SeriesStep, Taylor};
 pub(crate) use series_flow::SeriesPiece;
