@@ -1,5 +1,5 @@
 //! Where a smooth number of a branch is zero at a point to which Newton's method does not come, as another branch crosses there: by
-//! interpolation between points on both sides (theory 19, "Bifurcations").
+//! interpolation between points on both sides (theory 19).
 
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;

@@ -94,7 +94,7 @@ impl SeriesTangents {
         let (q, v) = (largest(&|link| link.q[0]), largest(&|link| link.v[0]));
         let last = largest(&|link| link.v[order]);
         let early = largest(&|link| link.v[order - 1]);
-        let power = time.powi(order as i32 - 1);
+        let power = (1..order).fold(1.0, |power, _| power * time);
         let part = |m: usize| {
             let size = q[m].max(time * v[m]);
             let term = time * power * early[m].max(time * last[m]);
