@@ -101,6 +101,11 @@ fn many_modes(criterion: &mut Criterion) {
         criterion.bench_function(&format!("{count} points of {n} modes"), |b| {
             b.iter(|| black_box(follow()));
         });
+        // Each forcing has a motion that passes the stop.
+        let found = periodic_orbits(&scene, &Pattern::none(), &OrbitOptions::default());
+        let rest = &found.expect("one")[0];
+        let name = format!("of {n} modes that hit nothing");
+        time_branch(criterion, &name, rest, (0.9, 1.1));
     }
 }
 
