@@ -274,13 +274,14 @@ fn coordinates_that_see_nothing_change_nothing() {
 /// each comes to the stop where its largest sum along the normal does.
 #[test]
 fn a_motion_that_hits_nothing_is_followed_to_its_touch() {
+    const CLEARANCE: f64 = 0.5;
     for n in [24, 60] {
         let of = |f: fn(f64) -> f64| DVector::from_fn(n, |i, _| f(1.0 + i as f64));
         let (m, c, k) = (of(|_| 1.0), of(|w| 0.02 * w), of(|w| w * w));
         let (f, normal) = (of(|w| 1.0 / w), of(|w| 1.0 / (0.9 + 0.1 * w)));
         let system = LinearSystem::new(m, c.clone(), k.clone()).expect("valid");
         let force = Harmonic::new(f.map(Complex::from), 2.4, 0.3).expect("valid");
-        let stop = Stop::new(normal.clone(), 0.3, 0.8).expect("valid");
+        let stop = Stop::new(normal.clone(), CLEARANCE, 0.8).expect("valid");
         let scene = Scene::new(system, force, [stop]).expect("valid");
         let found = periodic_orbits(&scene, &Pattern::none(), &OrbitOptions::default());
         let rest = &found.expect("one")[0];
@@ -300,10 +301,10 @@ fn a_motion_that_hits_nothing_is_followed_to_its_touch() {
         );
         let graze = branch.special.last().expect("a touch");
         assert_eq!(graze.kind, SpecialKind::Graze);
-        let off = (graze.parameter * touch(2.4) / 0.3 - 1.0).abs();
+        let off = (graze.parameter * touch(2.4) / CLEARANCE - 1.0).abs();
         assert!(off < 1e-10, "{n} {off:e}");
         for (orbit, value) in branch.orbits.iter().zip(&branch.parameter) {
-            let least = 0.3 - value * touch(2.4);
+            let least = CLEARANCE - value * touch(2.4);
             assert!(
                 (orbit.min_gap().expect("gaps")[0] - least).abs() < 1e-10,
                 "{n} {value}"
@@ -326,7 +327,7 @@ fn a_motion_that_hits_nothing_is_followed_to_its_touch() {
         // Over the frequency the phase at which it begins stays, too.
         let over = followed(rest, Parameter::Frequency, (2.3, 2.6), &options);
         for (orbit, w) in over.orbits.iter().zip(&over.parameter) {
-            assert!((orbit.min_gap().expect("gaps")[0] - (0.3 - touch(*w))).abs() < 1e-10);
+            assert!((orbit.min_gap().expect("gaps")[0] - (CLEARANCE - touch(*w))).abs() < 1e-10);
         }
     }
 }
