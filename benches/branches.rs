@@ -138,6 +138,12 @@ fn pendulum(criterion: &mut Criterion) {
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     assert_eq!(orbit.impacts().len(), 4);
     time_branch(criterion, "of a pendulum", &orbit, (0.97, 1.03));
+    time_branch(
+        criterion,
+        "of a pendulum, none special",
+        &orbit,
+        (0.997, 1.003),
+    );
     let (q, v) = (orbit.q0(), orbit.v0());
     let close = SimulateOptions {
         rtol: 1e-13,

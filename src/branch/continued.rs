@@ -260,16 +260,23 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
-        let rule = if family.energetics.is_some() {
-            "at one energy there are several: another family is crossed, or the scene can be shifted"
+        let (value, rule) = if family.energetics.is_some() {
+            (
+                "one of a family at this value",
+                "at one energy there are several: another family is crossed, or the scene can be shifted",
+            )
+        } else if family.is_free {
+            (
+                "one of a family at this value",
+                "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping",
+            )
         } else {
-            "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping"
+            (
+                "one at which branches cross",
+                "it must be one beside it, or one of the special point's branches",
+            )
         };
-        return Err(Error::bad_value(
-            "orbit",
-            "one of a family at this value",
-            rule,
-        ));
+        return Err(Error::bad_value("orbit", value, rule));
     };
     if family.energetics.is_some() && opens(tangent) {
         let rule = "orbits beside it must keep their energy too: elastic impacts and no damping";

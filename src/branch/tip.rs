@@ -9,14 +9,14 @@ use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
 use crate::error::Result;
+use crate::linalg::rank;
 use crate::orbit::with_shooting;
 use nalgebra::DMatrix;
 
-/// The doubling is looked at so far from the point next to the tip at first, in parts of the range.
+/// The second place of the secant method to the doubling, in arclength, and a step below which one is the last.
 const BESIDE: f64 = 1e-6;
-/// Steps of the secant method to the doubling, and a part of the range below which one is the last.
-const MOST_STEPS: usize = 20;
 const KNOWN: f64 = 1e-12;
+const MOST_STEPS: usize = 20;
 /// The tip of a step is no farther from its start than this part of it.
 const FARTHEST: f64 = 1.5;
 
@@ -129,8 +129,8 @@ impl Family<'_> {
     }
 }
 
-/// The doubling of the motion that is the mean of the two rounds of a loop, no farther than some part of the range: its family, the motion
-/// there, and how far the number is known.
+/// The doubling of the motion that is the mean of the two rounds of a loop, no farther than some arclength: its family, the motion there, and how
+/// far the number is known.
 fn doubling_near<'a>(
     family: &Family<'a>,
     (place, second): (&Place, Vec<Instant>),
@@ -146,30 +146,29 @@ fn doubling_near<'a>(
     });
     let length = (0.5 * period(&place.state), family.signature.n_periods / 2);
     let (one, guess) = family.with_instants(place.value, mean.collect(), length)?;
-    let by_value = Direction::of_value(one.n_unknowns(&guess));
-    let Ok(mut settled) = one.corrected(guess, &by_value)? else {
+    // Across its branch, which may have a fold next to the doubling.
+    let across = rank::weakest(&one.equations(&guess)?.all_columns(), 1)?;
+    let across = Direction::of(&across.column(0).into_owned());
+    let Ok(foot) = one.corrected(guess, &across.scaled(1.0 / across.length()))? else {
         return Ok(None);
     };
-    let span = one.span();
-    let mut test = one.multiplier_test((&settled.place, None), -1.0)?;
-    let mut step = BESIDE * span;
+    let test = |there: &Settled| one.multiplier_test((&there.place, None), -1.0);
+    let (mut before, mut along) = ((0.0, test(&foot)?), BESIDE);
     for _ in 0..MOST_STEPS {
-        let from = (&settled.place, &settled.equations, &settled.tangent);
-        let Ok(next) = step_to(&one, from, Target::Value(settled.place.value + step))? else {
+        let from = (&foot.place, &foot.equations, &foot.tangent);
+        let Ok(settled) = step_to(&one, from, Target::Length(along))? else {
             return Ok(None);
         };
-        let there = one.multiplier_test((&next.place, None), -1.0)?;
-        let (slope, last) = ((there - test) / step, step.abs());
-        settled = next;
-        test = there;
-        let is_far = (settled.place.value - place.value).abs() > reach * span;
-        step = -test / slope;
-        if is_far || !step.is_finite() {
-            return Ok(None);
-        }
-        if test == 0.0 || step.abs() <= KNOWN * span {
-            let error = step.abs().min(last).max(f64::EPSILON * span);
+        let value = test(&settled)?;
+        let step = -value * (along - before.0) / (value - before.1);
+        if value == 0.0 || step.abs() <= KNOWN {
+            let error = KNOWN * one.span();
             return Ok(Some((one, settled, error)));
+        }
+        before = (along, value);
+        along += step;
+        if along.is_nan() || along.abs() > reach {
+            return Ok(None);
         }
     }
     Ok(None)

@@ -227,6 +227,17 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Ok(orbit) => orbit,
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
+    let is_kept = |own: &Tip| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
+    if let Some(Tip { doubling, last }) = tip(family, from, &settled.place)?.filter(is_kept) {
+        let mut special = bifurcations(family, from, &last, last.arclength - from.arclength)?;
+        let detail = format!(
+            "at {} both rounds are one, from which the branch is doubled",
+            digits(doubling.parameter)
+        );
+        special.push(doubling);
+        let end = BranchEnd::new(EndReason::Doubling, detail);
+        return Ok(Advance::Tip(Box::new(last), special, end));
+    }
     if beyond == Virtual::Stop && is_broken(&orbit) {
         let mut found = located(family, from, way.length(), (&settled.place, orbit))?;
         let end = at_boundary(&found);
@@ -264,16 +275,6 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         let end = named(end, boundary.as_ref());
         special.extend(boundary);
         return Ok(Advance::Boundary(Some(Box::new(own)), special, end));
-    }
-    if let Some(Tip { doubling, last }) = tip(family, from, &settled.place)? {
-        let mut special = bifurcations(family, from, &last, last.arclength - from.arclength)?;
-        let detail = format!(
-            "at {} both rounds are one, from which the branch is doubled",
-            digits(doubling.parameter)
-        );
-        special.push(doubling);
-        let end = BranchEnd::new(EndReason::Doubling, detail);
-        return Ok(Advance::Tip(Box::new(last), special, end));
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
     let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;

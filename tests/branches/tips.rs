@@ -3,7 +3,7 @@
 use crate::random::Random;
 use crate::scenes::{Oscillator, beside_a_doubling, followed};
 use std::ops::ControlFlow;
-use vibroimpact::nalgebra::{DVector, dvector};
+use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, Change, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
     PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions,
@@ -46,15 +46,11 @@ fn check_tip(branch: &Branch, doubling: f64, known: f64) {
     assert!(tip.error <= known, "{:e}", tip.error);
     assert_eq!(tip.kind, SpecialKind::PeriodDoubling);
     let count = branch.orbits.len();
-    let (last, before) = if is_last {
-        (count - 1, count - 2)
-    } else {
-        (0, 1)
-    };
+    let last = if is_last { count - 1 } else { 0 };
     let whole = &branch.orbits[last];
     assert_eq!(whole.n_periods(), 2 * tip.orbit.n_periods());
     assert_eq!(whole.impacts().len(), 2 * tip.orbit.impacts().len());
-    // The rounds part from each other one way.
+    // From one orbit to the next the rounds part the same way.
     let apart = |k: usize| {
         let impacts = branch.orbits[k].impacts();
         let half = impacts.len() / 2;
@@ -70,12 +66,12 @@ fn check_tip(branch: &Branch, doubling: f64, known: f64) {
         "{:?}",
         apart(last)
     );
-    let first = apart(before);
     let is_tip =
         |k: usize| tips(branch)[usize::from(k > 0)].is_some() && (k == 0 || k == count - 1);
-    for k in (0..count).filter(|&k| !is_tip(k)) {
-        let along: f64 = first.iter().zip(apart(k)).map(|(a, b)| a * b).sum();
-        assert!(along > 0.0, "{k} of {count}: {:?} {first:?}", apart(k));
+    for k in (1..count).filter(|&k| !is_tip(k - 1) && !is_tip(k)) {
+        let (one, other) = (apart(k - 1), apart(k));
+        let along: f64 = one.iter().zip(&other).map(|(a, b)| a * b).sum();
+        assert!(along > 0.0, "{k} of {count}: {one:?} {other:?}");
     }
 }
 
@@ -187,6 +183,72 @@ fn between_two_doublings_a_doubled_branch_has_two_tips() {
         }
     }
     assert!(seen > 0);
+}
+
+/// From whichever of its orbits a doubled branch is followed: here one whose tip lies beside a graze, and one whose parent has a fold next to
+/// the doubling.
+#[test]
+fn a_tip_is_found_from_everywhere() {
+    let alone = |m: f64, c: f64, k: f64, f: f64, w: f64, d: f64, e: f64| {
+        let system = LinearSystem::new(dvector![m], dmatrix![c], dmatrix![k]).expect("valid");
+        let force = Harmonic::new(dvector![f.into()], w, 0.0).expect("valid");
+        Scene::new(system, force, [Stop::new(0, d, e).expect("valid")]).expect("valid")
+    };
+    let w = 3.9120977544683186;
+    let graze = alone(
+        1.12548389,
+        0.08092351,
+        1.95302886,
+        -6.76616128,
+        w,
+        0.4601256466513004,
+        0.9310949598025582,
+    );
+    let w = 1.4321592510343948;
+    let fold = alone(
+        1.777606,
+        0.20512437,
+        0.53149214,
+        -3.00158124,
+        w,
+        0.3905697717816313,
+        0.5589251907792235,
+    );
+    let options = ContinuationOptions::default();
+    for (scene, parameter, range, near) in [
+        (graze, Parameter::Frequency, (3.042, 4.639), 3.8663),
+        (fold, Parameter::Clearance, (0.05, 2.0), 0.39794),
+    ] {
+        let zero = dvector![0.0];
+        let until = 150.0 * scene.period().expect("forced");
+        let run = simulate(
+            &scene,
+            &zero,
+            &zero,
+            (0.0, until),
+            &SimulateOptions::default(),
+        );
+        let orbit = find_orbit(&scene, &run.expect("a run"), Some(4)).expect("an orbit");
+        let parent = followed(&orbit, parameter, range, &options);
+        let kind = SpecialKind::PeriodDoubling;
+        let mut special = parent.special.iter().filter(|own| own.kind == kind);
+        let doubling = special
+            .find(|own| (own.parameter - near).abs() < 1e-3)
+            .expect("one");
+        let born = branches(doubling, parameter, range).expect("branches");
+        let whole = followed(&born[0].orbit, parameter, range, &options);
+        check_tip(&whole, doubling.parameter, 1e-10);
+        let count = whole.orbits.len();
+        for k in (1..count - 1).step_by(3) {
+            let again = followed(&whole.orbits[k], parameter, range, &options);
+            check_tip(&again, doubling.parameter, 1e-10);
+            assert_eq!(
+                tips(&again).map(|own| own.is_some()),
+                tips(&whole).map(|own| own.is_some()),
+                "{k}"
+            );
+        }
+    }
 }
 
 #[test]
