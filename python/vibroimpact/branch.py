@@ -275,7 +275,8 @@ def continuation(
     Returns
     -------
     Branch
-        The orbits and their stability, and why the branch ends. On Ctrl-C the branch so far, its end "interrupted".
+        The orbits and their stability, and why the branch ends. On Ctrl-C the branch so far, its end "interrupted"; in a monitor
+        the exception has the branch, as ``.branch``.
 
     Raises
     ------
@@ -362,7 +363,7 @@ def continuation(
     try:
         branch.monitor.update({own: _measured(own, measure, branch.orbits) for own, measure in measures.items()})
         zeros = [zero for own, measure in measures.items() for zero in _zeros(branch, (low, high), own, measure)]
-    except Exception as error:
+    except (Exception, KeyboardInterrupt) as error:
         error.branch = branch  # type: ignore[attr-defined]
         raise
     if zeros:

@@ -38,7 +38,12 @@ impl Indicators {
         let is_alone = orbit.scene().n_dof() == 1;
         Ok(Self {
             fold: tangent.value_part,
-            doubling: family.multiplier_test((place, Some(equations)), -1.0)?,
+            // The multipliers of one coordinate that keeps its energy are both 1.
+            doubling: if is_alone && family.energetics.is_some() {
+                1.0
+            } else {
+                family.multiplier_test((place, Some(equations)), -1.0)?
+            },
             crossing: equations.crossing(tangent),
             outside: if is_alone || family.energetics.is_some() {
                 None

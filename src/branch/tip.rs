@@ -4,7 +4,7 @@
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
-use crate::branch::instants::{Instant, period, turned};
+use crate::branch::instants::{Instant, SAME_ROUND, period, turned};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
@@ -16,6 +16,8 @@ use nalgebra::DMatrix;
 /// The second place of the secant method to the doubling, in arclength, and a step below which one is the last.
 const BESIDE: f64 = 1e-6;
 const KNOWN: f64 = 1e-12;
+/// Steps as short as this are rounding where they become no shorter.
+const ROUGHLY: f64 = 1e-8;
 const MOST_STEPS: usize = 20;
 /// The tip of a step is no farther from its start than this part of it.
 const FARTHEST: f64 = 1.5;
@@ -40,7 +42,9 @@ pub(super) fn tip(family: &Family<'_>, from: &Point, to: &Place) -> Result<Optio
     let Some(after) = family.rounds(to)? else {
         return Ok(None);
     };
-    if before.apart.dot(&after.apart) > 0.0 {
+    // Of one round that is gone through twice nothing is doubled.
+    let is_two = before.apart.length().min(after.apart.length()) > SAME_ROUND;
+    if !is_two || before.apart.dot(&after.apart) > 0.0 {
         return Ok(None);
     }
     let near = if before.apart.length() < after.apart.length() {
@@ -154,6 +158,7 @@ fn doubling_near<'a>(
     };
     let test = |there: &Settled| one.multiplier_test((&there.place, None), -1.0);
     let (mut before, mut along) = ((0.0, test(&foot)?), BESIDE);
+    let mut last = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let from = (&foot.place, &foot.equations, &foot.tangent);
         let Ok(settled) = step_to(&one, from, Target::Length(along))? else {
@@ -161,11 +166,13 @@ fn doubling_near<'a>(
         };
         let value = test(&settled)?;
         let step = -value * (along - before.0) / (value - before.1);
-        if value == 0.0 || step.abs() <= KNOWN {
-            let error = KNOWN * one.span();
+        // A step that is no shorter than the one before is rounding, where both are short.
+        let is_rounding = last <= ROUGHLY && step.abs() >= 0.5 * last;
+        if value == 0.0 || step.abs() <= KNOWN || is_rounding {
+            let error = step.abs().min(last).max(KNOWN) * one.span();
             return Ok(Some((one, settled, error)));
         }
-        before = (along, value);
+        (before, last) = ((along, value), step.abs());
         along += step;
         if along.is_nan() || along.abs() > reach {
             return Ok(None);

@@ -8,7 +8,7 @@ use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::options::{ContinuationOptions, Virtual};
 use crate::branch::place::{Direction, Place};
-use crate::branch::special::Special;
+use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
 use crate::branch::step_size::{SAME_WAY, step_factor};
 use crate::branch::tip::{Tip, tip};
@@ -24,6 +24,8 @@ const MOST_SHIFT: f64 = 0.5;
 const OUTGROWN: f64 = 4.0;
 /// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
 const UNEXPLAINED: f64 = 1e-5;
+/// A crossing that is known no better than this part of the range may be none.
+const LOOSE: f64 = 1e-9;
 /// A border at which a flight comes to nothing is no farther than this part of the range from where rules are broken by rounding.
 const BY_ROUNDING: f64 = 1e-5;
 
@@ -227,16 +229,8 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         Ok(orbit) => orbit,
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
-    let is_kept = |own: &Tip| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
-    if let Some(Tip { doubling, last }) = tip(family, from, &settled.place)?.filter(is_kept) {
-        let mut special = bifurcations(family, from, &last, last.arclength - from.arclength)?;
-        let detail = format!(
-            "at {} both rounds are one, from which the branch is doubled",
-            digits(doubling.parameter)
-        );
-        special.push(doubling);
-        let end = BranchEnd::new(EndReason::Doubling, detail);
-        return Ok(Advance::Tip(Box::new(last), special, end));
+    if let Some(tip) = at_tip(family, from, &settled.place, beyond)? {
+        return Ok(tip);
     }
     if beyond == Virtual::Stop && is_broken(&orbit) {
         let mut found = located(family, from, way.length(), (&settled.place, orbit))?;
@@ -286,11 +280,45 @@ fn advance(family: &Family<'_>, from: &Point, target: Target, beyond: Virtual) -
         );
         return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
     }
+    // Branches that come close to each other without crossing look like that from afar, and a long step may lead from one to the other.
+    let is_loose = |special: &Special| {
+        special.kind == SpecialKind::BranchPoint && special.error > LOOSE * family.span()
+    };
+    if special.iter().any(is_loose) && way.length() > UNEXPLAINED {
+        let detail = format!("another branch is close at {}", digits(own.place.value));
+        return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+    }
     if is_broken(&from.orbit) != is_broken(&own.orbit) {
         special.extend(crossed(family, from, &own)?);
         special.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
     }
     Ok(Advance::Point(Box::new(own), special, factor))
+}
+
+/// The end of a step that leads beyond the tip of a doubled branch.
+fn at_tip(
+    family: &Family<'_>,
+    from: &Point,
+    to: &Place,
+    beyond: Virtual,
+) -> Result<Option<Advance>> {
+    let is_kept = |own: &Tip| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
+    let Some(Tip { doubling, last }) = tip(family, from, to)?.filter(is_kept) else {
+        return Ok(None);
+    };
+    let length = last.arclength - from.arclength;
+    let ahead = (doubling.parameter - from.place.value) * from.tangent.value_part;
+    let value = digits(doubling.parameter);
+    if ahead < 0.0 && length > UNEXPLAINED {
+        let detail = format!("a fold next to the tip at {value}");
+        let end = BranchEnd::new(EndReason::Step, detail);
+        return Ok(Some(Advance::Distrusted(end)));
+    }
+    let mut special = bifurcations(family, from, &last, length)?;
+    special.push(doubling);
+    let detail = format!("at {value} both rounds are one, from which the branch is doubled");
+    let end = BranchEnd::new(EndReason::Doubling, detail);
+    Ok(Some(Advance::Tip(Box::new(last), special, end)))
 }
 
 /// The boundary that a branch goes across on a step, where virtual orbits are kept.

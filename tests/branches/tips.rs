@@ -185,20 +185,21 @@ fn between_two_doublings_a_doubled_branch_has_two_tips() {
     assert!(seen > 0);
 }
 
+/// One mass, by its mass, damping and stiffness, under a force of some frequency before a stop.
+fn alone(numbers: [f64; 3], f: f64, w: f64, d: f64, e: f64) -> Scene {
+    let [m, c, k] = numbers;
+    let system = LinearSystem::new(dvector![m], dmatrix![c], dmatrix![k]).expect("valid");
+    let force = Harmonic::new(dvector![f.into()], w, 0.0).expect("valid");
+    Scene::new(system, force, [Stop::new(0, d, e).expect("valid")]).expect("valid")
+}
+
 /// From whichever of its orbits a doubled branch is followed: here one whose tip lies beside a graze, and one whose parent has a fold next to
 /// the doubling.
 #[test]
 fn a_tip_is_found_from_everywhere() {
-    let alone = |m: f64, c: f64, k: f64, f: f64, w: f64, d: f64, e: f64| {
-        let system = LinearSystem::new(dvector![m], dmatrix![c], dmatrix![k]).expect("valid");
-        let force = Harmonic::new(dvector![f.into()], w, 0.0).expect("valid");
-        Scene::new(system, force, [Stop::new(0, d, e).expect("valid")]).expect("valid")
-    };
     let w = 3.912_097_754_468_318_6;
     let graze = alone(
-        1.125_483_89,
-        0.080_923_51,
-        1.953_028_86,
+        [1.125_483_89, 0.080_923_51, 1.953_028_86],
         -6.766_161_28,
         w,
         0.460_125_646_651_300_4,
@@ -206,9 +207,7 @@ fn a_tip_is_found_from_everywhere() {
     );
     let w = 1.432_159_251_034_394_8;
     let fold = alone(
-        1.777_606,
-        0.205_124_37,
-        0.531_492_14,
+        [1.777_606, 0.205_124_37, 0.531_492_14],
         -3.001_581_24,
         w,
         0.390_569_771_781_631_3,
@@ -305,6 +304,108 @@ fn large_motions_of_a_pendulum_have_their_tip() {
 
 fn scene_of(orbit: &PeriodicOrbit, w: f64) -> Scene {
     orbit.scene().replace(Change::Frequency(w)).expect("valid")
+}
+
+/// Two rounds of a motion as one are no doubled one: they are followed as one round is.
+#[test]
+fn one_round_gone_through_twice_is_not_cut_short() {
+    let own = Oscillator {
+        eta: 0.05,
+        force: 8.5,
+        frequency: 2.4,
+        clearance: 1.0,
+        restitution: 0.8,
+    };
+    let scene = own.scene();
+    let (q, v) = (dvector![0.0], dvector![0.0]);
+    let until = 200.0 * scene.period().expect("forced");
+    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+    let run = run.expect("a run");
+    let [one, two] = [1, 2].map(|rounds| {
+        let orbit = find_orbit(&scene, &run, Some(rounds)).expect("an orbit");
+        assert_eq!(orbit.impacts().len(), rounds);
+        followed(
+            &orbit,
+            Parameter::ForcingScale,
+            (0.5, 1.5),
+            &ContinuationOptions::default(),
+        )
+    });
+    for k in [0, 1] {
+        assert_eq!(one.ends[k].reason, two.ends[k].reason, "{:?}", two.ends);
+    }
+    let ends = |branch: &Branch| {
+        [
+            branch.parameter[0],
+            branch.parameter[branch.parameter.len() - 1],
+        ]
+    };
+    for (a, b) in ends(&one).iter().zip(ends(&two)) {
+        assert!((a - b).abs() < 1e-8, "{a} {b}");
+    }
+    // Where one round doubles another branch of two is crossed.
+    let doubling = one
+        .special
+        .iter()
+        .find(|own| own.kind == SpecialKind::PeriodDoubling);
+    let crossing = two
+        .special
+        .iter()
+        .find(|own| own.kind == SpecialKind::BranchPoint);
+    let off = (doubling.expect("one").parameter - crossing.expect("one").parameter).abs();
+    assert!(off < 1e-10, "{off:e}");
+}
+
+/// Two doubled branches that come close to each other without crossing: what is found does not depend on the steps.
+#[test]
+fn long_steps_do_not_lead_from_a_branch_to_one_that_is_close() {
+    let d = 0.239_615_881_103_708_35;
+    let scene = alone(
+        [1.529_191_71, 0.074_127_08, 1.575_206],
+        2.237_660_78,
+        2.376_320_347_235_399,
+        d,
+        0.491_283_905_216_844,
+    );
+    let zero = dvector![0.0];
+    let until = 150.0 * scene.period().expect("forced");
+    let run = simulate(
+        &scene,
+        &zero,
+        &zero,
+        (0.0, until),
+        &SimulateOptions::default(),
+    );
+    let orbit = find_orbit(&scene, &run.expect("a run"), Some(3)).expect("an orbit");
+    let (parameter, range) = (Parameter::Clearance, (0.05, 2.0));
+    let (usual, short) = (
+        ContinuationOptions::default(),
+        ContinuationOptions {
+            steps: [1e-8, 1e-4, 2e-3],
+            max_points: 5000,
+            ..ContinuationOptions::default()
+        },
+    );
+    let parent = followed(&orbit, parameter, range, &usual);
+    let kind = SpecialKind::PeriodDoubling;
+    let mut seen = 0;
+    for doubling in parent.special.iter().filter(|own| own.kind == kind) {
+        let born = branches(doubling, parameter, range).expect("branches");
+        let all = [&usual, &short].map(|options| {
+            let branch = followed(&born[0].orbit, parameter, range, options);
+            let special = branch.special.iter();
+            special
+                .map(|own| (own.kind, own.parameter))
+                .collect::<Vec<_>>()
+        });
+        let [long, fine] = &all;
+        assert_eq!(long.len(), fine.len(), "{all:?}");
+        for ((one, at), (other, there)) in long.iter().zip(fine) {
+            assert!(one == other && (at - there).abs() < 1e-9, "{all:?}");
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 2);
 }
 
 /// `x'' + x'/2 + sin x = f cos(2 t/3)` hits nothing; its first doubling is at f = 1.0663 (Baker, Gollub, Chaotic Dynamics, 1990).

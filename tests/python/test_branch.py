@@ -369,6 +369,20 @@ class TestMonitorZeros:
             (found,) = (own for own in branch.special if own.kind == "user:off")
             assert abs(miss(wanted, force=found.parameter, **numbers)) < 1e-9
 
+    def test_ctrl_c_in_a_monitor_keeps_the_branch(self):
+        calls = []
+
+        def measure(own):
+            calls.append(own)
+            if len(calls) == 5:
+                raise KeyboardInterrupt
+            return own.period
+
+        with pytest.raises(KeyboardInterrupt) as raised:
+            vi.continuation(orbit(), "forcing_scale", (0.3, 1.5), monitor={"period": measure})
+        assert len(raised.value.branch) > 5
+        assert raised.value.branch.ends[1][0] == "range"
+
     def test_a_jump_is_no_zero(self):
         branch = vi.continuation(
             orbit(),

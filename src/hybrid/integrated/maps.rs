@@ -132,6 +132,15 @@ impl IntegratedMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
+        let len = state.len();
+        let moving = deviations.column_iter().filter(|own| own.amax() > 0.0);
+        if moving.count() > len {
+            // Of so many those of every coordinate and velocity say all.
+            let mut jacobian = DMatrix::identity(len, len);
+            self.flow_by::<P>(tolerance, (held, (start, end)), state, &mut jacobian)?;
+            *deviations = jacobian * &*deviations;
+            return Ok(());
+        }
         let (at, span) = (self.moment(start), end - start);
         if let Some(series) = self.series_of(held) {
             return series.flow(tolerance, (at, span), state, deviations);

@@ -76,13 +76,6 @@ impl SeriesFlow {
         let moving: Vec<usize> = (0..deviations.ncols())
             .filter(|&j| deviations.column(j).amax() > 0.0)
             .collect();
-        if moving.len() > 2 * n {
-            // Of so many those of every coordinate and velocity say all.
-            let mut jacobian = DMatrix::identity(2 * n, 2 * n);
-            self.flow(tolerance, (at, span), state, &mut jacobian)?;
-            *deviations = jacobian * &*deviations;
-            return Ok(());
-        }
         let mut groups: Vec<(&[usize], SeriesTangents)> = moving
             .chunks(ABREAST)
             .map(|columns| (columns, SeriesTangents::new(n)))

@@ -67,6 +67,14 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
     Ok(equations.corrections(&xi))
 }
 
+/// Whether to go on.
+fn asked(observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<()> {
+    match observer() {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted),
+    }
+}
+
 /// A singular value of so small a part of the largest one is that of a fold nearby.
 const NEAR_FOLD: f64 = 3e-3;
 
@@ -83,14 +91,12 @@ impl Shooting<'_> {
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
         while steps < MOST_STEPS && mismatch > NOTHING {
-            if observer().is_break() {
-                return Err(Error::Interrupted);
-            }
+            asked(observer)?;
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
             for weak in self.weak_directions {
                 let correction = least_correction(&equations, weak)?;
-                better = self.corrected(&current, &correction, mismatch, &units)?;
+                better = self.corrected((&current, mismatch), &correction, &units, observer)?;
                 if better.is_some() {
                     break;
                 }
@@ -268,10 +274,10 @@ impl Shooting<'_> {
     /// The loop after as much of a correction as brings it nearer to closing, and what it then lacks.
     fn corrected(
         &self,
-        state: &ShootingState,
+        (state, mismatch): (&ShootingState, f64),
         correction: &ShootingState,
-        mismatch: f64,
         units: &Units,
+        observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<(ShootingState, f64)>> {
         // What is closed is only polished.
         let tries = if mismatch <= ORBIT_CLOSED {
@@ -280,6 +286,7 @@ impl Shooting<'_> {
             MOST_HALVINGS
         };
         for halvings in 0..tries {
+            asked(observer)?;
             let part = 0.5f64.powi(halvings);
             let next = state.moved(correction, part);
             let flights = next.starts.iter().zip(next.times.windows(2));
