@@ -60,9 +60,9 @@ class Branch(ItemsResult[Orbit]):
         What functions that were asked for give.
     ends : tuple of (str, str), length 2
         Why it ends before its first point and after its last, and the same in words. The reason is "range", "closed", "points",
-        "step" (Newton's method came no further), "boundary" (beyond it a rule of contact is broken), "doubling" (its two rounds are
-        one there, from which it is doubled: it would come back over itself), "domain" (there is no scene beyond), "interrupted",
-        or "start" (the orbit that was given, where the branch was followed one way).
+        "step" (Newton's method came no further), "boundary" (beyond it a rule of contact is broken), "doubling" (its two rounds
+        are one there, from which it is doubled: it would come back over itself), "domain" (there is no scene beyond),
+        "interrupted", or "start" (the orbit that was given, where the branch was followed one way).
     is_closed : bool
         Whether its last point is its first one again.
     """
@@ -182,7 +182,7 @@ class Branch(ItemsResult[Orbit]):
         return sorted(nodes, key=lambda node: node.arclength)
 
     def _between(self, ends: tuple[_Node, _Node], value: float) -> Orbit:
-        """Return the orbit at a value between two nodes, from the nearer of them; from a fold the number goes the same way on both sides."""
+        """Return the orbit at a value between two nodes, from the nearer of them that is no fold."""
         make = getattr(self, "_make", None)
         if self.parameter_name is None and make is None:
             message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
@@ -196,9 +196,7 @@ class Branch(ItemsResult[Orbit]):
         near = min(ends, key=order)
         start, up = near.parameter, value > near.parameter
         way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, None, False)
-        part = _core._continuation(
-            near.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way
-        )
+        part = _core._continuation(near.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way)
         return part[0][-1 if up else 0]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
@@ -364,7 +362,7 @@ def continuation(
         branch.monitor.update({own: _measured(own, measure, branch.orbits) for own, measure in measures.items()})
         zeros = [zero for own, measure in measures.items() for zero in _zeros(branch, (low, high), own, measure)]
     except (Exception, KeyboardInterrupt) as error:
-        error.branch = branch  # type: ignore[attr-defined]
+        error.branch = branch  # type: ignore[union-attr]
         raise
     if zeros:
         object.__setattr__(branch, "special", tuple(sorted((*branch.special, *zeros), key=lambda own: own.arclength)))

@@ -93,11 +93,11 @@ class Special(ArrayResult):
     Attributes
     ----------
     kind : str
-        "fold": the branch turns back. "period_doubling": a multiplier passes through -1; of a doubled branch its tip, with the orbit
-        of half the period. "torus": two conjugate multipliers pass through the unit circle beside 1 and -1. "pitchfork": a
-        motion that was its own mirror image ceases to be stable as such. "branch_point": another branch of the same pattern is
-        crossed. At a boundary, where the branch ends: "graze", a stop is touched; "lost_impact", an impact has lost its speed;
-        "corner", two stops are hit at one instant;
+        "fold": the branch turns back. "period_doubling": a multiplier passes through -1; of a doubled branch its tip, with the
+        orbit of half the period. "torus": two conjugate multipliers pass through the unit circle beside 1 and -1. "pitchfork":
+        a motion that was its own mirror image ceases to be stable as such. "branch_point": another branch of the same pattern
+        is crossed. At a boundary, where the branch ends: "graze", a stop is touched; "lost_impact", an impact has lost its
+        speed; "corner", two stops are hit at one instant;
         "chatter_border", lasting contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left
         instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held;
         "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left.
