@@ -115,7 +115,8 @@ class Special(ArrayResult):
     data : dict of str to float
         Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2).
     direction : ndarray, shape (k,)
-        The direction of the branch there [-]: first state and instants in scaled unknowns, the number in parts of the range.
+        The direction of the branch there [-]: first state and instants in scaled unknowns, the number in parts of the range. At
+        the tip of a doubled branch its two rounds part along it, and the number stays.
     parameter_name : str or None
         The number, None of a branch made by a callable.
     between : (float, float)

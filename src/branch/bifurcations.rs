@@ -96,19 +96,24 @@ fn located(
     };
     let found = zero_between(between, family.span(), &mut point)?;
     let found = found.map(|zero| (zero.point, zero.along, zero.error));
-    // Next to a crossing no point is reached.
-    let is_known = |(_, _, error): &(Settled, f64, f64)| *error <= KNOWN * family.span();
-    let found = match found {
-        Some(found) if is_known(&found) || kind == SpecialKind::Torus => Some(found),
-        found => {
-            let near = found.as_ref().map_or(0.5 * between[0], |found| found.1);
-            let through = zero_through(family, from, near, of)?;
-            let through = through.map(|own| (own.settled, own.along, own.error));
-            through
-                .into_iter()
-                .chain(found)
-                .min_by(|a, b| a.2.total_cmp(&b.2))
-        }
+    // Next to a crossing no point is reached, or what is reached is not known well.
+    let is_beside_crossing = kind == SpecialKind::BranchPoint
+        || kind != SpecialKind::Torus
+            && found
+                .as_ref()
+                .is_none_or(|own| own.2 > KNOWN * family.span());
+    let through = if is_beside_crossing {
+        let near = found.as_ref().map_or(0.5 * between[0], |own| own.1);
+        zero_through(family, from, near, of)?
+    } else {
+        None
+    };
+    let through = through.map(|own| (own.settled, own.along, own.error));
+    let found = if kind == SpecialKind::BranchPoint {
+        through.or(found)
+    } else {
+        let both = through.into_iter().chain(found);
+        both.min_by(|a, b| a.2.total_cmp(&b.2))
     };
     let Some((settled, along, error)) = found else {
         // It is known to lie on the step.

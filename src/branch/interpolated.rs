@@ -12,9 +12,11 @@ use std::f64::consts::PI;
 
 /// How many points, none of them in the middle.
 const NODES: usize = 8;
-/// How far the farthest are at the most, in arclength, and how often half as far where they do not lie on both sides.
+/// How far the farthest are at the most, in arclength, and how often half as far where they do not lie on both sides, or say less than what is
+/// known well.
 const REACH: f64 = 0.015;
 const MOST_HALVINGS: usize = 3;
+const KNOWN: f64 = 1e-11;
 /// Bisections of the polynomial: to the last digit.
 const BISECTIONS: usize = 60;
 
@@ -42,13 +44,21 @@ pub(super) fn zero_through(
     number: &dyn Fn(&Settled) -> Result<f64>,
 ) -> Result<Option<Interpolated>> {
     let mut reach = REACH;
+    let mut best: Option<Interpolated> = None;
     for _ in 0..MOST_HALVINGS {
         if let Some(nodes) = nodes(family, from, (near, reach), number)? {
-            return interpolated(family, &nodes).map(Some);
+            let found = interpolated(family, &nodes)?;
+            let is_known = found.error <= KNOWN * family.span();
+            if best.as_ref().is_none_or(|best| found.error < best.error) {
+                best = Some(found);
+            }
+            if is_known {
+                break;
+            }
         }
         reach *= 0.5;
     }
-    Ok(None)
+    Ok(best)
 }
 
 /// Points at the zeros of Chebyshev's polynomial about a place; none where one of them is missed, or the numbers do not change their sign once.

@@ -93,7 +93,7 @@ pub struct Special {
     /// Of a torus its rotation number: by what part of a turn a small deviation turns in a period, in (0, 1/2).
     pub rotation: Option<f64>,
     /// The direction of the branch there: the first state and the instants in scaled unknowns, then the number in parts of the range; of
-    /// half the motion where that is kept its own mirror image.
+    /// half the motion where that is kept its own mirror image. At the tip of a doubled branch its two rounds part along it, and the number stays.
     pub direction: DVector<f64>,
 }
 

@@ -103,10 +103,8 @@ pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Ve
 /// The branches that meet a branch at a loop of its scenes.
 fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
-        // Of a doubled branch it is the tip, and its direction that of both rounds.
-        (SpecialKind::PeriodDoubling, _)
-            if special.direction.len() > family.n_unknowns(place) + 1 =>
-        {
+        // At the tip of a doubled branch the number does not change, in which no branch of one round turns.
+        (SpecialKind::PeriodDoubling, _) if special.direction.iter().last() == Some(&0.0) => {
             vec![Candidate::at(family, place, special.parameter)?]
         }
         (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,

@@ -439,6 +439,7 @@ fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
         .special
         .iter()
         .find(|own| own.kind == SpecialKind::PeriodDoubling);
-    let off = (doubling.expect("one").parameter - tip.parameter).abs();
+    let doubling = doubling.unwrap_or_else(|| panic!("{:?} {:?}", branch.parameter, branch.ends));
+    let off = (doubling.parameter - tip.parameter).abs();
     assert!(off < 1e-10, "{off:e}");
 }
