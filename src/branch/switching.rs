@@ -104,7 +104,7 @@ pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Ve
 fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
         // At the tip of a doubled branch the number does not change, in which no branch of one round turns.
-        (SpecialKind::PeriodDoubling, _) if special.direction.iter().last() == Some(&0.0) => {
+        (SpecialKind::PeriodDoubling, _) if special.direction.iter().next_back() == Some(&0.0) => {
             vec![Candidate::at(family, place, special.parameter)?]
         }
         (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,
