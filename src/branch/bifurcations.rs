@@ -6,11 +6,14 @@ use crate::branch::interpolated::zero_through;
 use crate::branch::multipliers::{own_multipliers, pair_at_circle};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
-use crate::branch::zero::{Tried, zero_between};
+use crate::branch::zero::{Tried, Zero, zero_between};
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
+
+/// What is known no better than this part of the range is sought by interpolation.
+const KNOWN: f64 = 1e-10;
 
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
 pub(super) fn bifurcations(
@@ -95,27 +98,30 @@ fn located(
         }))
     };
     let found = zero_between(between, family.span(), &mut point)?;
-    let found = found.map(|zero| (zero.point, zero.along, zero.error));
     // Next to a crossing no point is reached, or what is reached is not known well.
     let is_beside_crossing = kind == SpecialKind::BranchPoint
         || kind != SpecialKind::Torus
             && found
                 .as_ref()
-                .is_none_or(|own| own.2 > KNOWN * family.span());
+                .is_none_or(|own| own.error > KNOWN * family.span());
     let through = if is_beside_crossing {
-        let near = found.as_ref().map_or(0.5 * between[0], |own| own.1);
+        let near = found.as_ref().map_or(0.5 * between[0], |own| own.along);
         zero_through(family, from, near, of)?
     } else {
         None
     };
-    let through = through.map(|own| (own.settled, own.along, own.error));
     let found = if kind == SpecialKind::BranchPoint {
         through.or(found)
     } else {
         let both = through.into_iter().chain(found);
-        both.min_by(|a, b| a.2.total_cmp(&b.2))
+        both.min_by(|a, b| a.error.total_cmp(&b.error))
     };
-    let Some((settled, along, error)) = found else {
+    let Some(Zero {
+        point: settled,
+        along,
+        error,
+    }) = found
+    else {
         // It is known to lie on the step.
         let width = (to.place.value - from.place.value).abs();
         return Ok(Special::at(kind, to, width));
@@ -131,9 +137,6 @@ fn located(
     let error = error.max(f64::EPSILON * family.span());
     Ok(Special::at(kind, &point, error))
 }
-
-/// What is known no better than this part of the range is sought by interpolation.
-const KNOWN: f64 = 1e-10;
 
 /// Where two conjugate multipliers pass through the unit circle, and so many are outside before; none where they are real there.
 fn torus(

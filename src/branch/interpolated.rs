@@ -5,6 +5,7 @@ use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
 use crate::branch::place::{Direction, Place};
 use crate::branch::step::{Point, Target, step_to};
+use crate::branch::zero::Zero;
 use crate::error::Result;
 use crate::orbit::ShootingState;
 use nalgebra::DVector;
@@ -20,15 +21,6 @@ const KNOWN: f64 = 1e-11;
 /// Bisections of the polynomial: to the last digit.
 const BISECTIONS: usize = 60;
 
-/// A point of a branch by interpolation.
-pub(super) struct Interpolated {
-    pub settled: Settled,
-    /// How far along the step it is.
-    pub along: f64,
-    /// How far the parameter is known: by what two points less make of it.
-    pub error: f64,
-}
-
 /// A point, its number, and how far along a step it is.
 struct Node {
     along: f64,
@@ -36,15 +28,16 @@ struct Node {
     settled: Settled,
 }
 
-/// The zero of a number of a branch near a place on a step from a point; none where the points beside do not have it between them.
+/// The zero of a number of a branch near a place on a step from a point, known by what two points less make of it; none where the points beside
+/// do not have it between them.
 pub(super) fn zero_through(
     family: &Family<'_>,
     from: &Point,
     near: f64,
     number: &dyn Fn(&Settled) -> Result<f64>,
-) -> Result<Option<Interpolated>> {
+) -> Result<Option<Zero<Settled>>> {
     let mut reach = REACH;
-    let mut best: Option<Interpolated> = None;
+    let mut best: Option<Zero<Settled>> = None;
     for _ in 0..MOST_HALVINGS {
         if let Some(nodes) = nodes(family, from, (near, reach), number)? {
             let found = interpolated(family, &nodes)?;
@@ -118,7 +111,7 @@ fn zero_of(nodes: &[Node]) -> (f64, Vec<f64>) {
     (zero, weights(&places, zero))
 }
 
-fn interpolated(family: &Family<'_>, nodes: &[Node]) -> Result<Interpolated> {
+fn interpolated(family: &Family<'_>, nodes: &[Node]) -> Result<Zero<Settled>> {
     let (along, weights) = zero_of(nodes);
     let value = value_of(nodes, &weights);
     let fewer = &nodes[1..NODES - 1];
@@ -143,8 +136,8 @@ fn interpolated(family: &Family<'_>, nodes: &[Node]) -> Result<Interpolated> {
     };
     let place: Place = family.place(&*family.scene(value)?, value, state)?;
     let tangent = Direction::of(&of(&|own| own.tangent.numbers()));
-    Ok(Interpolated {
-        settled: Settled {
+    Ok(Zero {
+        point: Settled {
             equations: family.equations(&place)?,
             tangent: tangent.scaled(1.0 / tangent.length()),
             contraction: 0.0,

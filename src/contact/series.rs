@@ -197,17 +197,22 @@ impl GapSeries {
     /// The minimum of a gap that falls at the start, rises after a step and is convex between: its time and gap, and where the
     /// parabola there has the root before it, if that is below zero.
     fn bottom(&self, near: f64, step: f64) -> (f64, f64, f64) {
-        let c = &self.c[..self.len];
-        let mut slopes = [0.0; ROWS];
-        for (k, c) in c.iter().enumerate().skip(1) {
-            slopes[k - 1] = k as f64 * c;
-        }
+        let (c, slopes) = (&self.c[..self.len], self.slopes());
         let at = bracketed([0.0, step], near, |t| {
             value_and_slope(&slopes[..self.len - 1], t)
         });
         let gap = value_and_slope(c, at).0;
         let bend = value_and_slope(&slopes[..self.len - 1], at).1;
         (at, gap, at - (-2.0 * gap / bend).max(0.0).sqrt())
+    }
+
+    /// The coefficients of its speed, one fewer.
+    fn slopes(&self) -> [f64; ROWS] {
+        let mut slopes = [0.0; ROWS];
+        for (k, c) in self.c[..self.len].iter().enumerate().skip(1) {
+            slopes[k - 1] = k as f64 * c;
+        }
+        slopes
     }
 
     /// What rounding leaves unknown of the gap.
@@ -222,11 +227,7 @@ impl GapSeries {
 
     /// Where the gap is lowest within a span, and how low: at an end, or where its speed changes its sign between samples.
     pub fn lowest(&self, span: f64) -> (f64, f64) {
-        let (c, mut slopes) = (&self.c[..self.len], [0.0; ROWS]);
-        for (k, c) in c.iter().enumerate().skip(1) {
-            slopes[k - 1] = k as f64 * c;
-        }
-        let slopes = &slopes[..self.len - 1];
+        let slopes = &self.slopes()[..self.len - 1];
         let time = |k: usize| span * k as f64 / SAMPLES as f64;
         let turns = (0..SAMPLES).filter_map(|k| {
             let between = [time(k), time(k + 1)];
