@@ -1,7 +1,7 @@
 //! Doubled branches end where both rounds are one, at the doubling of the branch that they meet there.
 
 use crate::random::Random;
-use crate::scenes::{Oscillator, beside_a_doubling, followed};
+use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
@@ -16,6 +16,12 @@ fn kept() -> ContinuationOptions {
         beyond: Virtual::Keep,
         ..ContinuationOptions::default()
     }
+}
+
+/// The doublings of a branch, its tips among them.
+fn doublings(branch: &Branch) -> impl Iterator<Item = &Special> {
+    let kind = SpecialKind::PeriodDoubling;
+    branch.special.iter().filter(move |own| own.kind == kind)
 }
 
 /// The tips of a branch at its first and its last point.
@@ -86,8 +92,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
         let scale = Parameter::ForcingScale;
         let range = (0.8, 1.3);
         let branch = followed(&orbit, scale, range, &kept());
-        let kind = SpecialKind::PeriodDoubling;
-        for doubling in branch.special.iter().filter(|own| own.kind == kind) {
+        for doubling in doublings(&branch) {
             let born = branches(doubling, scale, range).expect("branches");
             let force = |value: f64| {
                 let oscillator = Oscillator {
@@ -130,9 +135,8 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
 
 /// Branches over the force that are doubled from one, and how many of them there are.
 fn check_doubled(branch: &Branch, range: (f64, f64), known: f64) -> usize {
-    let kind = SpecialKind::PeriodDoubling;
     let mut seen = 0;
-    for doubling in branch.special.iter().filter(|own| own.kind == kind) {
+    for doubling in doublings(branch) {
         for born in branches(doubling, Parameter::ForcingScale, range).expect("branches") {
             if born.orbit.n_periods() <= branch.orbits[0].n_periods() {
                 continue;
@@ -161,12 +165,7 @@ fn between_two_doublings_a_doubled_branch_has_two_tips() {
     let mut kept = orbits.filter(|orbit| orbit.is_admissible() == Some(true));
     let options = ContinuationOptions::default();
     let branch = followed(&kept.next().expect("one"), parameter, range, &options);
-    let kind = SpecialKind::PeriodDoubling;
-    let doublings: Vec<&Special> = branch
-        .special
-        .iter()
-        .filter(|own| own.kind == kind)
-        .collect();
+    let doublings: Vec<&Special> = doublings(&branch).collect();
     let mut seen = 0;
     for doubling in &doublings {
         for born in branches(doubling, parameter, range).expect("branches") {
@@ -191,6 +190,14 @@ fn alone(numbers: [f64; 3], f: f64, w: f64, d: f64, e: f64) -> Scene {
     let system = LinearSystem::new(dvector![m], dmatrix![c], dmatrix![k]).expect("valid");
     let force = Harmonic::new(dvector![f.into()], w, 0.0).expect("valid");
     Scene::new(system, force, [Stop::new(0, d, e).expect("valid")]).expect("valid")
+}
+
+/// The orbit of so many periods that one mass comes to from rest.
+fn from_rest(scene: &Scene, n_periods: usize) -> PeriodicOrbit {
+    let zero = dvector![0.0];
+    let span = (0.0, 150.0 * scene.period().expect("forced"));
+    let run = simulate(scene, &zero, &zero, span, &SimulateOptions::default());
+    find_orbit(scene, &run.expect("a run"), Some(n_periods)).expect("an orbit")
 }
 
 /// From whichever of its orbits a doubled branch is followed: here one whose tip lies beside a graze, and one whose parent has a fold next to
@@ -218,20 +225,9 @@ fn a_tip_is_found_from_everywhere() {
         (graze, Parameter::Frequency, (3.042, 4.639), 3.8663),
         (fold, Parameter::Clearance, (0.05, 2.0), 0.39794),
     ] {
-        let zero = dvector![0.0];
-        let until = 150.0 * scene.period().expect("forced");
-        let run = simulate(
-            &scene,
-            &zero,
-            &zero,
-            (0.0, until),
-            &SimulateOptions::default(),
-        );
-        let orbit = find_orbit(&scene, &run.expect("a run"), Some(4)).expect("an orbit");
+        let orbit = from_rest(&scene, 4);
         let parent = followed(&orbit, parameter, range, &options);
-        let kind = SpecialKind::PeriodDoubling;
-        let mut special = parent.special.iter().filter(|own| own.kind == kind);
-        let doubling = special
+        let doubling = doublings(&parent)
             .find(|own| (own.parameter - near).abs() < 1e-3)
             .expect("one");
         let born = branches(doubling, parameter, range).expect("branches");
@@ -297,8 +293,7 @@ fn large_motions_of_a_pendulum_have_their_tip() {
     let near = scene_of(&parent[0].orbit, 1.0001 * tip.parameter);
     let beside = find_orbit(&near, &parent[0].orbit, None).expect("beside it");
     let branch = followed(&beside, Parameter::Frequency, range, &kept());
-    let mut doublings = branch.special.iter();
-    let doubling = doublings.find(|own| own.kind == SpecialKind::PeriodDoubling);
+    let doubling = doublings(&branch).next();
     check_tip(&found, doubling.expect("one").parameter, 1e-9);
 }
 
@@ -309,20 +304,9 @@ fn scene_of(orbit: &PeriodicOrbit, w: f64) -> Scene {
 /// Two rounds of a motion as one are no doubled one: they are followed as one round is.
 #[test]
 fn one_round_gone_through_twice_is_not_cut_short() {
-    let own = Oscillator {
-        eta: 0.05,
-        force: 8.5,
-        frequency: 2.4,
-        clearance: 1.0,
-        restitution: 0.8,
-    };
-    let scene = own.scene();
-    let (q, v) = (dvector![0.0], dvector![0.0]);
-    let until = 200.0 * scene.period().expect("forced");
-    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
-    let run = run.expect("a run");
+    let scene = USUAL.scene();
     let [one, two] = [1, 2].map(|rounds| {
-        let orbit = find_orbit(&scene, &run, Some(rounds)).expect("an orbit");
+        let orbit = from_rest(&scene, rounds);
         assert_eq!(orbit.impacts().len(), rounds);
         followed(
             &orbit,
@@ -344,10 +328,7 @@ fn one_round_gone_through_twice_is_not_cut_short() {
         assert!((a - b).abs() < 1e-8, "{a} {b}");
     }
     // Where one round doubles another branch of two is crossed.
-    let doubling = one
-        .special
-        .iter()
-        .find(|own| own.kind == SpecialKind::PeriodDoubling);
+    let doubling = doublings(&one).next();
     let crossing = two
         .special
         .iter()
@@ -367,16 +348,7 @@ fn long_steps_do_not_lead_from_a_branch_to_one_that_is_close() {
         d,
         0.491_283_905_216_844,
     );
-    let zero = dvector![0.0];
-    let until = 150.0 * scene.period().expect("forced");
-    let run = simulate(
-        &scene,
-        &zero,
-        &zero,
-        (0.0, until),
-        &SimulateOptions::default(),
-    );
-    let orbit = find_orbit(&scene, &run.expect("a run"), Some(3)).expect("an orbit");
+    let orbit = from_rest(&scene, 3);
     let (parameter, range) = (Parameter::Clearance, (0.05, 2.0));
     let (usual, short) = (
         ContinuationOptions::default(),
@@ -387,9 +359,8 @@ fn long_steps_do_not_lead_from_a_branch_to_one_that_is_close() {
         },
     );
     let parent = followed(&orbit, parameter, range, &usual);
-    let kind = SpecialKind::PeriodDoubling;
     let mut seen = 0;
-    for doubling in parent.special.iter().filter(|own| own.kind == kind) {
+    for doubling in doublings(&parent) {
         let born = branches(doubling, parameter, range).expect("branches");
         let all = [&usual, &short].map(|options| {
             let branch = followed(&born[0].orbit, parameter, range, options);
@@ -435,10 +406,7 @@ fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
     let (orbit, at) = (&parent[0].orbit, 1.06);
     let orbit = find_orbit(&scene(at).expect("valid"), orbit, None).expect("beside it");
     let branch = continuation_of(&orbit, &scene, at, (1.05, 1.075), &kept(), go_on).expect("one");
-    let doubling = branch
-        .special
-        .iter()
-        .find(|own| own.kind == SpecialKind::PeriodDoubling);
+    let doubling = doublings(&branch).next();
     let doubling = doubling.unwrap_or_else(|| panic!("{:?} {:?}", branch.parameter, branch.ends));
     let off = (doubling.parameter - tip.parameter).abs();
     assert!(off < 1e-10, "{off:e}");
