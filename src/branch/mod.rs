@@ -1,6 +1,7 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
 
 mod accumulation;
+mod advance;
 mod behind;
 mod bifurcations;
 mod border;
