@@ -141,6 +141,11 @@ pub(crate) fn is_broken_off() -> bool {
     asker().is_some_and(|ask| ask().is_break())
 }
 
+/// `Error::Interrupted` where it is.
+pub(crate) fn unless_broken_off() -> Result<()> {
+    asker().map_or(Ok(()), |ask| stop_if(ask()))
+}
+
 /// Does a piece of work in which nothing can be asked. Where somebody is there to be asked it is done on a thread of its own: it
 /// is left to itself when it is not wanted any more.
 ///

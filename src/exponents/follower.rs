@@ -1,7 +1,7 @@
 //! Follows a motion segment after segment with deviations from it: flights, impacts, impacts that accumulate, landings (theory 16). At a
 //! release nothing happens to them.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::exponents::batches::Batches;
 use crate::exponents::frame::Frame;
 use crate::exponents::tangents::Tangents;
@@ -9,7 +9,7 @@ use crate::hybrid::{Graze, HybridMaps, ImpactAt, SegmentKind, across_impact, acr
 use crate::impact::Impact;
 use crate::linalg::rank::pseudo_inverse;
 use crate::model::DIFFERENCE;
-use crate::observer::is_broken_off;
+use crate::observer::unless_broken_off;
 use crate::path::Path;
 use crate::tolerance::{AGREED, DEPENDENT, IMPULSE_ROUNDING, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
@@ -179,8 +179,8 @@ impl<T: Tangents> Follower<T> {
     /// Whether to go on.
     fn ask(&mut self) -> Result<()> {
         self.asked += 1;
-        if self.asked.is_multiple_of(PIECES_PER_QUESTION) && is_broken_off() {
-            return Err(Error::Interrupted);
+        if self.asked.is_multiple_of(PIECES_PER_QUESTION) {
+            unless_broken_off()?;
         }
         Ok(())
     }

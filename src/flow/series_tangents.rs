@@ -1,11 +1,10 @@
 //! What deviations of its start make of the Taylor series of a pendulum's motion: the series of the linearised equations (theory 8).
 //!
 //! With `s = sin q`, `c = cos q` the deviations are `ds = c dq` and `dc = -s dq`, products of series. The equations of motion
-//! `c_i P_i - s_i Q_i = -(C v)_i + f_i` give `c dP - s dQ = -C dv - dc P + ds Q`, in which `dP = I ds''` and `dQ = I dc''`: in
-//! coefficient k the unknown acceleration appears with the mass matrix at the start, as in the series of the motion.
+//! `c_i P_i - s_i Q_i = -(C v)_i + f_i` give `c dP - s dQ = -C dv + R dq`, in which `R = s P + c Q` is of the motion alone, `dP = I ds''`
+//! and `dQ = I dc''`: in coefficient k the unknown acceleration appears with the mass matrix at the start, as in the series of the motion.
 
 use crate::flow::registers::{Arithmetic, in_registers_of};
-use crate::flow::series_forcing::LinkPair;
 use crate::flow::series_of::SeriesOf;
 use crate::flow::taylor::{Lane, MotionCoefficients, RECIPROCALS, ROWS};
 use pulp::{Simd, WithSimd};
@@ -15,120 +14,154 @@ pub(crate) const ABREAST: usize = 4;
 /// The numbers of those.
 pub(crate) type Abreast = [f64; ABREAST];
 
+const NONE: Abreast = [0.0; ABREAST];
+
 /// The series of deviations along one link: coefficient k is that of `t^k`.
 #[derive(Debug, Clone)]
 struct LinkTangents {
     q: [Abreast; ROWS],
     v: [Abreast; ROWS],
-    sin: [Abreast; ROWS],
-    cos: [Abreast; ROWS],
+    /// Of P and Q of the equations of motion.
     across: [Abreast; ROWS],
     along: [Abreast; ROWS],
+    /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
+    bent: [Abreast; 2],
     /// What drives the acceleration of the order in work.
     rest: Abreast,
 }
 
 impl LinkTangents {
     const EMPTY: Self = Self {
-        q: [[0.0; ABREAST]; ROWS],
-        v: [[0.0; ABREAST]; ROWS],
-        sin: [[0.0; ABREAST]; ROWS],
-        cos: [[0.0; ABREAST]; ROWS],
-        across: [[0.0; ABREAST]; ROWS],
-        along: [[0.0; ABREAST]; ROWS],
-        rest: [0.0; ABREAST],
+        q: [NONE; ROWS],
+        v: [NONE; ROWS],
+        across: [NONE; ROWS],
+        along: [NONE; ROWS],
+        bent: [NONE; 2],
+        rest: NONE,
     };
 }
 
-/// The series of deviations from one motion.
+/// The coefficients along one link of the motion that deviations are about.
+#[derive(Debug, Clone)]
+struct About {
+    sin: [f64; ROWS],
+    cos: [f64; ROWS],
+    /// R, what the equation of motion makes of a turn of the link.
+    turn: [f64; ROWS],
+}
+
+/// The series of groups of deviations from one motion.
 #[derive(Debug, Clone)]
 pub(crate) struct SeriesTangents {
-    links: Vec<LinkTangents>,
+    /// One after the other, the links of each.
+    groups: Vec<LinkTangents>,
+    about: Vec<About>,
+    matrices: Matrices,
+}
+
+/// Matrices over the links, row after row.
+#[derive(Debug, Clone)]
+struct Matrices {
+    inertia: Vec<f64>,
+    /// Empty without damping.
+    damping: Vec<f64>,
+    inverse: Vec<f64>,
 }
 
 impl SeriesTangents {
-    /// Room for deviations of n links.
-    pub fn new(n: usize) -> Self {
+    /// Room for so many groups of deviations of n links.
+    pub fn new(n: usize, groups: usize, coefficients: &MotionCoefficients) -> Self {
+        let lanes = n.div_ceil(2);
+        let entries = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let damping = &coefficients.damping;
+        let inertia = entries().map(|(i, j)| coefficients.inertia.beside(i, j, lanes)[i % 2]);
+        let none = About {
+            sin: [0.0; ROWS],
+            cos: [0.0; ROWS],
+            turn: [0.0; ROWS],
+        };
         Self {
-            links: vec![LinkTangents::EMPTY; n],
+            groups: vec![LinkTangents::EMPTY; n * groups],
+            about: vec![none; n],
+            matrices: Matrices {
+                inertia: inertia.collect(),
+                damping: if damping.0.is_empty() {
+                    Vec::new()
+                } else {
+                    let own = entries().map(|(i, j)| damping.beside(i, j, lanes)[i % 2]);
+                    own.collect()
+                },
+                inverse: vec![0.0; n * n],
+            },
         }
     }
 
-    /// Makes the series of deviations about a motion; `start` gives the position and velocity of each at a link.
-    pub fn expand(
-        &mut self,
-        about: &SeriesOf<1>,
-        coefficients: &MotionCoefficients,
-        start: impl Fn(usize) -> [Abreast; 2],
-    ) {
-        for (i, link) in self.links.iter_mut().enumerate() {
-            [link.q[0], link.v[0]] = start(i);
+    /// Makes the series of deviations about a motion; `start` gives the position and velocity of each of a group at a link.
+    pub fn expand(&mut self, motion: &SeriesOf<1>, start: impl Fn(usize, usize) -> [Abreast; 2]) {
+        let n = self.about.len();
+        for (at, link) in self.groups.iter_mut().enumerate() {
+            [link.q[0], link.v[0]] = start(at / n, at % n);
+            link.q[1] = link.v[0];
         }
-        in_registers_of::<ABREAST, _>(Expansion {
-            links: &mut self.links,
-            about,
-            coefficients,
+        let lanes = motion.lanes.len();
+        for (at, entry) in self.matrices.inverse.iter_mut().enumerate() {
+            let (i, j) = (at / n, at % n);
+            *entry = motion.inverse.beside(i, j, lanes)[i % 2][0];
+        }
+        in_registers_of::<ABREAST, _>(Expansion { of: self, motion });
+    }
+
+    /// The deviations of a group a time after the start, up to an order of the velocities: `put` takes the link, the position and velocity of
+    /// each.
+    pub fn at(
+        &self,
+        group: usize,
+        (time, order): (f64, usize),
+        put: impl FnMut(usize, [Abreast; 2]),
+    ) {
+        in_registers_of::<ABREAST, _>(Sums {
+            links: self.group(group),
+            time,
+            order,
+            put,
         });
     }
 
-    /// The deviations a time after the start: the position and velocity of each at a link.
-    pub fn at(&self, link: usize, time: f64, order: usize) -> [Abreast; 2] {
-        let sum = |rows: &[Abreast]| {
-            rows.iter().rev().fold([0.0; ABREAST], |sum, row| {
-                std::array::from_fn(|m| sum[m] * time + row[m])
-            })
-        };
-        let own = &self.links[link];
-        [sum(&own.q[..=order + 1]), sum(&own.v[..=order])]
+    fn group(&self, group: usize) -> &[LinkTangents] {
+        let n = self.about.len();
+        &self.groups[group * n..(group + 1) * n]
     }
 
     /// The largest part that the last two terms of the velocities are of a deviation after a time, whose velocities count for what they
     /// are over that time.
     pub fn last_terms(&self, time: f64, order: usize) -> f64 {
-        let largest = |of: &dyn Fn(&LinkTangents) -> Abreast| {
-            self.links.iter().fold([0.0f64; ABREAST], |most, link| {
-                let own = of(link);
-                std::array::from_fn(|m| most[m].max(own[m].abs()))
-            })
-        };
-        let (q, v) = (largest(&|link| link.q[0]), largest(&|link| link.v[0]));
-        let last = largest(&|link| link.v[order]);
-        let early = largest(&|link| link.v[order - 1]);
         let power = (1..order).fold(1.0, |power, _| power * time);
-        let part = |m: usize| {
-            let size = q[m].max(time * v[m]);
-            let term = time * power * early[m].max(time * last[m]);
-            if size > 0.0 { term / size } else { 0.0 }
+        let of_group = |links: &[LinkTangents]| {
+            let largest = |of: &dyn Fn(&LinkTangents) -> Abreast| {
+                links.iter().fold(NONE, |most, link| {
+                    let own = of(link);
+                    std::array::from_fn(|m| f64::max(most[m], own[m].abs()))
+                })
+            };
+            let (q, v) = (largest(&|link| link.q[0]), largest(&|link| link.v[0]));
+            let last = largest(&|link| link.v[order]);
+            let early = largest(&|link| link.v[order - 1]);
+            let part = |m: usize| {
+                let size = q[m].max(time * v[m]);
+                let term = time * power * early[m].max(time * last[m]);
+                if size > 0.0 { term / size } else { 0.0 }
+            };
+            (0..ABREAST).map(part).fold(0.0, f64::max)
         };
-        (0..ABREAST).map(part).fold(0.0, f64::max)
+        let groups = self.groups.chunks(self.about.len());
+        groups.map(of_group).fold(0.0, f64::max)
     }
 }
 
-/// Deviations, the motion that they are about, and what does not change.
+/// Deviations, and the motion that they are about.
 struct Expansion<'a> {
-    links: &'a mut [LinkTangents],
-    about: &'a SeriesOf<1>,
-    coefficients: &'a MotionCoefficients,
-}
-
-/// The coefficients along one link of the motion that deviations are about.
-struct About {
-    sin: [f64; ROWS],
-    cos: [f64; ROWS],
-    across: [f64; ROWS],
-    along: [f64; ROWS],
-}
-
-impl About {
-    fn new(lane: &Lane<1>, i: usize) -> Self {
-        let rows = |of: &[LinkPair<1>; ROWS]| of.map(|row| row[i][0]);
-        Self {
-            sin: rows(&lane.sin),
-            cos: rows(&lane.cos),
-            across: rows(&lane.across),
-            along: rows(&lane.along),
-        }
-    }
+    of: &'a mut SeriesTangents,
+    motion: &'a SeriesOf<1>,
 }
 
 impl WithSimd for Expansion<'_> {
@@ -136,128 +169,202 @@ impl WithSimd for Expansion<'_> {
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _: S) {
-        let lanes = &self.about.lanes;
-        let about = (0..self.links.len()).map(|i| About::new(&lanes[i / 2], i % 2));
-        let about: Vec<About> = about.collect();
-        for (link, about) in self.links.iter_mut().zip(&about) {
-            link.begin::<S>(about);
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { of, motion } = self;
+        for (i, about) in of.about.iter_mut().enumerate() {
+            about.take::<S>(&motion.lanes[i / 2], i % 2, motion.order);
         }
-        for k in 0..self.coefficients.order {
-            for (link, about) in self.links.iter_mut().zip(&about) {
-                link.raise::<S>(about, k);
+        let (order, matrices) = (motion.order, &of.matrices);
+        for links in of.groups.chunks_mut(of.about.len()) {
+            match (links, &of.about[..]) {
+                ([a], [b]) => expand::<S>(
+                    std::array::from_mut(a),
+                    std::array::from_ref(b),
+                    matrices,
+                    order,
+                ),
+                (links @ [_, _], about @ [_, _]) => {
+                    expand::<S>(&mut links[..2], &about[..2], matrices, order)
+                }
+                (links @ [_, _, _], about @ [_, _, _]) => {
+                    expand::<S>(&mut links[..3], &about[..3], matrices, order)
+                }
+                (links, about) => expand::<S>(links, about, matrices, order),
             }
-            self.accelerate::<S>(k);
         }
     }
+}
+
+/// Positions and velocities of a group at a time.
+struct Sums<'a, P> {
+    links: &'a [LinkTangents],
+    time: f64,
+    order: usize,
+    put: P,
+}
+
+impl<P: FnMut(usize, [Abreast; 2])> WithSimd for Sums<'_, P> {
+    type Output = ();
+
+    #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) {
+        for (i, link) in self.links.iter().enumerate() {
+            let (mut at, mut rate) = (link.q[self.order + 1], NONE);
+            let rows = link.q[..=self.order].iter().zip(&link.v[..=self.order]);
+            for (q, v) in rows.rev() {
+                at = plus::<S>(*q, self.time, &at);
+                rate = plus::<S>(*v, self.time, &rate);
+            }
+            (self.put)(i, [at, rate]);
+        }
+    }
+}
+
+impl About {
+    /// Takes the coefficients along one link of a lane.
+    #[allow(clippy::inline_always, reason = "a part of the series")]
+    #[inline(always)]
+    fn take<A: Arithmetic>(&mut self, lane: &Lane<1>, i: usize, order: usize) {
+        for k in 0..ROWS {
+            (self.sin[k], self.cos[k]) = (lane.sin[k][i][0], lane.cos[k][i][0]);
+        }
+        // Orders below zero come first.
+        let (mut across, mut along) = ([0.0; ABREAST + ROWS], [0.0; ABREAST + ROWS]);
+        for k in 0..order {
+            across[ABREAST + k] = lane.across[k][i][0];
+            along[ABREAST + k] = lane.along[k][i][0];
+        }
+        // Orders abreast.
+        for first in (0..order).step_by(ABREAST) {
+            let (mut of_sin, mut of_cos) = (NONE, NONE);
+            for j in 0..first + ABREAST {
+                let back = first + ABREAST - j;
+                let rows = (across[back..].first_chunk(), along[back..].first_chunk());
+                if let (Some(across), Some(along)) = rows {
+                    of_sin = plus::<A>(of_sin, self.sin[j], across);
+                    of_cos = plus::<A>(of_cos, self.cos[j], along);
+                }
+            }
+            for m in 0..ABREAST {
+                self.turn[first + m] = of_sin[m] + of_cos[m];
+            }
+        }
+    }
+}
+
+/// Something of each of the deviations abreast.
+#[allow(clippy::inline_always, reason = "a part of the innermost loop")]
+#[inline(always)]
+fn each(of: impl Fn(usize) -> f64) -> Abreast {
+    let mut all = NONE;
+    for (m, x) in all.iter_mut().enumerate() {
+        *x = of(m);
+    }
+    all
 }
 
 /// `sum + a x`
 #[allow(clippy::inline_always, reason = "a part of the innermost loop")]
 #[inline(always)]
 fn plus<A: Arithmetic>(sum: Abreast, a: f64, x: &Abreast) -> Abreast {
-    std::array::from_fn(|m| A::add_product(a, x[m], sum[m]))
+    each(|m| A::add_product(a, x[m], sum[m]))
+}
+
+/// A row of a matrix times what the links have.
+#[allow(clippy::inline_always, reason = "a part of the innermost loop")]
+#[inline(always)]
+fn product<A: Arithmetic>(
+    row: &[f64],
+    links: &[LinkTangents],
+    of: impl Fn(&LinkTangents) -> &Abreast,
+) -> Abreast {
+    let mut sum = NONE;
+    for j in 0..row.len() {
+        sum = plus::<A>(sum, row[j], of(&links[j]));
+    }
+    sum
+}
+
+/// Fills the series of one group.
+#[allow(
+    clippy::inline_always,
+    reason = "the loops over links are written out where their number is known"
+)]
+#[inline(always)]
+fn expand<A: Arithmetic>(
+    links: &mut [LinkTangents],
+    about: &[About],
+    matrices: &Matrices,
+    order: usize,
+) {
+    let n = about.len();
+    let row = |i: usize| i * n..(i + 1) * n;
+    for k in 0..order {
+        for (link, about) in links.iter_mut().zip(about) {
+            link.raise::<A>(about, k);
+        }
+        for i in 0..n {
+            let across = product::<A>(&matrices.inertia[row(i)], links, |link| &link.bent[0]);
+            let along = product::<A>(&matrices.inertia[row(i)], links, |link| &link.bent[1]);
+            let mut rest = plus::<A>(links[i].rest, -about[i].cos[0], &across);
+            rest = plus::<A>(rest, about[i].sin[0], &along);
+            if !matrices.damping.is_empty() {
+                rest = plus::<A>(
+                    rest,
+                    -1.0,
+                    &product::<A>(&matrices.damping[row(i)], links, |link| &link.v[k]),
+                );
+            }
+            let link = &mut links[i];
+            (link.across[k], link.along[k], link.rest) = (across, along, rest);
+        }
+        for i in 0..n {
+            let acceleration = product::<A>(&matrices.inverse[row(i)], links, |link| &link.rest);
+            let link = &mut links[i];
+            link.bent = [
+                each(|m| about[i].cos[0] * acceleration[m]),
+                each(|m| -about[i].sin[0] * acceleration[m]),
+            ];
+            link.v[k + 1] = each(|m| acceleration[m] * RECIPROCALS[k + 1]);
+            link.q[k + 2] = each(|m| link.v[k + 1][m] * RECIPROCALS[k + 2]);
+        }
+        for i in 0..n {
+            let across = product::<A>(&matrices.inertia[row(i)], links, |link| &link.bent[0]);
+            let along = product::<A>(&matrices.inertia[row(i)], links, |link| &link.bent[1]);
+            let link = &mut links[i];
+            link.across[k] = plus::<A>(link.across[k], 1.0, &across);
+            link.along[k] = plus::<A>(link.along[k], 1.0, &along);
+        }
+    }
 }
 
 impl LinkTangents {
-    /// The first two orders of the sine and cosine.
-    #[allow(clippy::inline_always, reason = "a part of the series")]
-    #[inline(always)]
-    fn begin<A: Arithmetic>(&mut self, about: &About) {
-        let (none, [sin, cos]) = ([0.0; ABREAST], [about.sin, about.cos]);
-        self.q[1] = self.v[0];
-        self.sin[0] = plus::<A>(none, cos[0], &self.q[0]);
-        self.cos[0] = plus::<A>(none, -sin[0], &self.q[0]);
-        self.sin[1] = plus::<A>(plus::<A>(none, cos[1], &self.q[0]), cos[0], &self.q[1]);
-        self.cos[1] = plus::<A>(plus::<A>(none, -sin[1], &self.q[0]), -sin[0], &self.q[1]);
-    }
-
-    /// The parts that do not need the accelerations of order k: of the sine and cosine two orders on, and of what is left of the
+    /// The parts that do not need the accelerations of order k: the second derivatives of the sine and cosine, and of what is left of the
     /// equations of motion all but those with the deviations of P, Q and the velocity of order k.
     #[allow(clippy::inline_always, reason = "the innermost loop of the series")]
     #[inline(always)]
     fn raise<A: Arithmetic>(&mut self, about: &About, k: usize) {
-        let (c, s) = (&about.cos[..k + 3], &about.sin[..k + 3]);
-        let (p, q) = (&about.across[..=k], &about.along[..=k]);
-        let (own, sines, cosines) = (&self.q[..k + 2], &self.sin[..=k], &self.cos[..=k]);
+        let (c, s, r) = (&about.cos[..k + 3], &about.sin[..k + 3], &about.turn[..=k]);
+        let (own, next) = (&self.q[..=k], &self.q[2..k + 2]);
         let (across, along) = (&self.across[..k], &self.along[..k]);
         // Sums of their own, none of which waits for another.
-        let [
-            mut sin,
-            mut cos,
-            mut of_cos,
-            mut of_sin,
-            mut of_across,
-            mut of_along,
-        ] = [[0.0; ABREAST]; 6];
+        let [mut sin, mut cos, mut of_turn, mut of_across, mut of_along] = [NONE; 5];
         for j in 0..k {
             let back = k - j;
-            sin = plus::<A>(sin, c[back + 2], &own[j]);
-            cos = plus::<A>(cos, s[back + 2], &own[j]);
-            of_cos = plus::<A>(of_cos, p[back], &cosines[j]);
-            of_sin = plus::<A>(of_sin, q[back], &sines[j]);
+            sin = plus::<A>(sin, c[back], &next[j]);
+            cos = plus::<A>(cos, s[back], &next[j]);
+            of_turn = plus::<A>(of_turn, r[back], &own[j]);
             of_across = plus::<A>(of_across, c[back], &across[j]);
             of_along = plus::<A>(of_along, s[back], &along[j]);
         }
-        for j in k..k + 2 {
-            sin = plus::<A>(sin, c[k + 2 - j], &own[j]);
-            cos = plus::<A>(cos, s[k + 2 - j], &own[j]);
+        for j in 0..2 {
+            sin = plus::<A>(sin, c[k + 2 - j], &self.q[j]);
+            cos = plus::<A>(cos, s[k + 2 - j], &self.q[j]);
         }
-        of_cos = plus::<A>(of_cos, p[0], &cosines[k]);
-        of_sin = plus::<A>(of_sin, q[0], &sines[k]);
-        self.rest = std::array::from_fn(|m| (of_sin[m] - of_cos[m]) + (of_along[m] - of_across[m]));
-        (self.sin[k + 2], self.cos[k + 2]) = (sin, cos.map(|x| -x));
-    }
-}
-
-impl Expansion<'_> {
-    /// The accelerations of order k, and what follows from them.
-    #[allow(clippy::inline_always, reason = "the innermost loop of the series")]
-    #[inline(always)]
-    fn accelerate<A: Arithmetic>(&mut self, k: usize) {
-        let Self {
-            links,
-            about,
-            coefficients,
-        } = self;
-        let (n, lanes) = (links.len(), about.lanes.len());
-        let inertia = |i: usize, j: usize| coefficients.inertia.beside(i, j, lanes)[i % 2];
+        of_turn = plus::<A>(of_turn, r[0], &own[k]);
+        self.rest = each(|m| of_turn[m] + (of_along[m] - of_across[m]));
         let both = ((k + 1) * (k + 2)) as f64;
-        let summed =
-            |links: &[LinkTangents], i: usize, of: fn(&LinkTangents) -> &[Abreast; ROWS]| {
-                let each = links.iter().enumerate();
-                each.fold([0.0; ABREAST], |sum, (j, link)| {
-                    plus::<A>(sum, both * inertia(i, j), &of(link)[k + 2])
-                })
-            };
-        for i in 0..n {
-            let (lane, own) = (&about.lanes[i / 2], i % 2);
-            let (sin, cos) = (lane.sin[0][own][0], lane.cos[0][own][0]);
-            let mut rest = plus::<A>(links[i].rest, -cos, &summed(links, i, |link| &link.sin));
-            rest = plus::<A>(rest, sin, &summed(links, i, |link| &link.cos));
-            if !coefficients.damping.0.is_empty() {
-                for (j, link) in links.iter().enumerate() {
-                    let entry = coefficients.damping.beside(i, j, lanes)[own];
-                    rest = plus::<A>(rest, -entry, &link.v[k]);
-                }
-            }
-            links[i].rest = rest;
-        }
-        for i in 0..n {
-            let (lane, own) = (&about.lanes[i / 2], i % 2);
-            let each = links.iter().enumerate();
-            let acceleration = each.fold([0.0; ABREAST], |sum, (j, link)| {
-                plus::<A>(sum, about.inverse.beside(i, j, lanes)[own][0], &link.rest)
-            });
-            let (sin, cos, link) = (lane.sin[0][own][0], lane.cos[0][own][0], &mut links[i]);
-            link.v[k + 1] = acceleration.map(|a| a * RECIPROCALS[k + 1]);
-            link.q[k + 2] = link.v[k + 1].map(|v| v * RECIPROCALS[k + 2]);
-            link.sin[k + 2] = plus::<A>(link.sin[k + 2], cos, &link.q[k + 2]);
-            link.cos[k + 2] = plus::<A>(link.cos[k + 2], -sin, &link.q[k + 2]);
-        }
-        for i in 0..n {
-            links[i].across[k] = summed(links, i, |link| &link.sin);
-            links[i].along[k] = summed(links, i, |link| &link.cos);
-        }
+        self.bent = [each(|m| both * sin[m]), each(|m| -both * cos[m])];
     }
 }

@@ -1,8 +1,8 @@
 //! Where a motion is drawn, and the motion there.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::modal::{Form, rate_bound};
-use crate::observer::is_broken_off;
+use crate::observer::unless_broken_off;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, Point};
 use crate::path::path::Path;
@@ -35,9 +35,7 @@ impl Path {
         let drawn = (in_all / count.max(1)).clamp(2, MOST_POINTS);
         let mut points: Vec<Point> = Vec::new();
         for segment in 0..count {
-            if is_broken_off() {
-                return Err(Error::Interrupted);
-            }
+            unless_broken_off()?;
             let arcs = parts.arcs_of(segment);
             let Some(&first) = parts.arcs[arcs.clone()].first() else {
                 continue;
@@ -93,9 +91,7 @@ impl Path {
         room_for("the motion at its points", m, 2 * n)?;
         let (mut q, mut v) = (DMatrix::zeros(m, n), DMatrix::zeros(m, n));
         for (i, point) in points.iter().enumerate() {
-            if is_broken_off() {
-                return Err(Error::Interrupted);
-            }
+            unless_broken_off()?;
             let (position, velocity) = self.state_in(point.arc, point.local);
             q.set_row(i, &position.transpose());
             v.set_row(i, &velocity.transpose());

@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::Scene;
-use crate::observer::is_broken_off;
+use crate::observer::unless_broken_off;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
 use crate::path::held_forces::FastPart;
@@ -198,9 +198,7 @@ impl<'a> Impulses<'a> {
             .map_or_else(|| self.fading.of(stops), |fast| &fast.rates);
         each_node(rates, (from, to), |node| {
             let Node { at, weight, .. } = node;
-            if is_broken_off() {
-                return Err(Error::Interrupted);
-            }
+            unless_broken_off()?;
             let (q, v) = self.path.state_in(arc, at);
             let moment = self.equations.moment(arc, at);
             let (a, mut forces) = self.equations.held_acceleration(stops, moment, &q, &v)?;

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::model::{Normal, PhysicalState, Scene};
-use crate::observer::is_broken_off;
+use crate::observer::unless_broken_off;
 use crate::path::equations::PathEquations;
 use crate::path::parts::Point;
 use crate::path::path::Path;
@@ -147,9 +147,7 @@ fn each<T, U>(
     of: impl Fn(T) -> Result<U>,
 ) -> Result<Vec<U>> {
     let value = |thing| {
-        if is_broken_off() {
-            return Err(Error::Interrupted);
-        }
+        unless_broken_off()?;
         of(thing?)
     };
     things.map(value).collect()

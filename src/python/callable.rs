@@ -2,7 +2,7 @@
 //! travels through the core as an error and comes out as itself.
 
 use crate::error::{Error, Result};
-use crate::observer::is_broken_off;
+use crate::observer::unless_broken_off;
 use crate::python::array::{copy_vector, matrix_or_number, vector};
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
@@ -107,9 +107,7 @@ impl Callable {
             // A function that never enters the interpreter's loop would keep Ctrl-C waiting.
             py.check_signals().map_err(raised)?;
             // A thread that no signal reaches.
-            if is_broken_off() {
-                return Err(Error::Interrupted);
-            }
+            unless_broken_off()?;
             let result = arguments(py)
                 .and_then(|arguments| self.function.bind(py).call1(arguments))
                 .map_err(raised)?;

@@ -76,30 +76,24 @@ impl SeriesFlow {
         let moving: Vec<usize> = (0..deviations.ncols())
             .filter(|&j| deviations.column(j).amax() > 0.0)
             .collect();
-        let mut groups: Vec<(&[usize], SeriesTangents)> = moving
-            .chunks(ABREAST)
-            .map(|columns| (columns, SeriesTangents::new(n)))
-            .collect();
+        let groups: Vec<&[usize]> = moving.chunks(ABREAST).collect();
+        let mut tangents = SeriesTangents::new(n, groups.len(), self.pendulum.coefficients());
         let order = self.order();
         self.along(tolerance, (at, span), state, |series, wanted| {
-            let mut most = 0.0f64;
-            for (columns, tangents) in &mut groups {
-                let entry = |row: usize| -> Abreast {
-                    std::array::from_fn(|m| columns.get(m).map_or(0.0, |&j| deviations[(row, j)]))
-                };
-                let coefficients = self.pendulum.coefficients();
-                tangents.expand(series, coefficients, |i| [entry(i), entry(n + i)]);
-                most = most.max(tangents.last_terms(wanted, order));
-            }
+            let entry = |group: usize, row: usize| -> Abreast {
+                let columns = groups[group];
+                std::array::from_fn(|m| columns.get(m).map_or(0.0, |&j| deviations[(row, j)]))
+            };
+            tangents.expand(series, |group, i| [entry(group, i), entry(group, n + i)]);
+            let most = tangents.last_terms(wanted, order);
             let part = (tolerance.relative / most).powf(1.0 / order as f64);
             let h = wanted * part.min(1.0);
-            for (columns, tangents) in &groups {
-                for i in 0..n {
-                    let [q, v] = tangents.at(i, h, order);
+            for (group, columns) in groups.iter().enumerate() {
+                tangents.at(group, (h, order), |i, [q, v]| {
                     for (m, &j) in columns.iter().enumerate() {
                         (deviations[(i, j)], deviations[(n + i, j)]) = (q[m], v[m]);
                     }
-                }
+                });
             }
             h
         })

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::hybrid::chatter_map::{Chatter, Timed, complete, strike};
 use crate::hybrid::{GapAt, HybridMaps};
 use crate::model::DIFFERENCE;
+use crate::observer::unless_broken_off;
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
@@ -237,6 +238,18 @@ impl Shooting<'_> {
         }
     }
 
+    /// Carries a state and deviations along flight k.
+    pub(super) fn fly(
+        &self,
+        k: usize,
+        state: &ShootingState,
+        (x, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
+    ) -> Result<()> {
+        unless_broken_off()?;
+        let span = (state.starts[k], state.times[k + 1]);
+        self.motion.flow(self.held(k), span, x, deviations)
+    }
+
     /// The end of flight k, at instant k + 1, without deviations; of a last flight that is to close with its mirror image, the image.
     fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
         let len = state.states[0].len();
@@ -246,9 +259,7 @@ impl Shooting<'_> {
             deviations: DMatrix::zeros(len, 0),
             delays: DVector::zeros(0),
         };
-        let span = (state.starts[k], y.time);
-        self.motion
-            .flow(self.held(k), span, &mut y.state, &mut y.deviations)?;
+        self.fly(k, state, (&mut y.state, &mut y.deviations))?;
         self.mirror(k, state, &mut y);
         Ok(y)
     }

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
+use crate::observer::stop_if;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
@@ -67,14 +68,6 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
     Ok(equations.corrections(&xi))
 }
 
-/// Whether to go on.
-fn asked(observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<()> {
-    match observer() {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(Error::Interrupted),
-    }
-}
-
 /// A singular value of so small a part of the largest one is that of a fold nearby.
 const NEAR_FOLD: f64 = 3e-3;
 
@@ -91,7 +84,7 @@ impl Shooting<'_> {
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
         while steps < MOST_STEPS && mismatch > NOTHING {
-            asked(observer)?;
+            stop_if(observer())?;
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
             for weak in self.weak_directions {
@@ -202,8 +195,7 @@ impl Shooting<'_> {
             let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
             deviations -= rate * delays.transpose();
             let mut x = state.states[k].clone();
-            self.motion
-                .flow(self.held(k), (start, end), &mut x, &mut deviations)?;
+            self.fly(k, state, (&mut x, &mut deviations))?;
             delays = self.shift(k + 1, unknowns, units);
             if k + 1 == flights && self.clocked != Clocked::Free && unknowns > two_n {
                 let columns = unknowns + 1;
@@ -286,7 +278,7 @@ impl Shooting<'_> {
             MOST_HALVINGS
         };
         for halvings in 0..tries {
-            asked(observer)?;
+            stop_if(observer())?;
             let part = 0.5f64.powi(halvings);
             let next = state.moved(correction, part);
             let flights = next.starts.iter().zip(next.times.windows(2));
