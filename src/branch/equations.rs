@@ -282,7 +282,7 @@ impl Family<'_> {
             let state = &stretched(&place.state, scene, &there);
             let units = &self.units_in(&there);
             with_shooting(&there, &self.signature, |shooting, _| {
-                shooting.lacking(state, units)
+                shooting.lacking(state, units, here)
             })
         };
         // Corrections without unknowns.

@@ -262,7 +262,7 @@ impl Loop {
         let there = |node: &Node| {
             let state = stretched(&self.state, &self.scene, &node.scene);
             let lacking = self.in_scene(&node.scene, |shooting, units| {
-                shooting.lacking(&state, units)
+                shooting.lacking(&state, units, &self.linear)
             })?;
             let open = lacking.corrections(&DVector::zeros(0));
             let states = open.states.iter().flat_map(|x| x.iter().copied());

@@ -57,6 +57,17 @@ pub(crate) trait HybridMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()>;
+    /// The same, with the Jacobian where it is made on the way.
+    fn flow_by_jacobian(
+        &self,
+        held: &[usize],
+        span: (f64, f64),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<Option<DMatrix<f64>>> {
+        self.flow(held, span, state, deviations)?;
+        Ok(None)
+    }
     /// The rate of change of a state while some stops are held.
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;
     /// Applies the impacts of the stops hit together at a fixed time, and returns their impulses.

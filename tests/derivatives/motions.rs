@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Change, DoublePendulum, Forcing, Kind, OrbitOptions, PaperOptions, Parameter,
-    Pattern, PeriodicOrbit, Scene, SimulateOptions, Wall, WallSide, derivatives, derivatives_of,
-    find_orbit, paper_scene, periodic_orbits, simulate,
+    Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions, Wall, WallSide, derivatives,
+    derivatives_of, find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 fn settled(scene: &Scene, q0: DVector<f64>, v0: DVector<f64>, end: f64) -> PeriodicOrbit {
@@ -181,4 +181,33 @@ fn a_sharp_resonance() {
     let rate = -1e-3 * 0.5 * square.powf(-1.5) * (-4.0 * w * (1.0 - w * w) + 2.0 * c * c * w);
     let found = own.max_displacement[(0, 0)];
     assert!((found / rate - 1.0).abs() < 1e-6, "{found} {rate}");
+}
+
+/// In another unit of time all times and speeds are others, by a known factor.
+#[test]
+fn a_pendulum_in_another_unit_of_time() {
+    let make = |p: &[f64]| {
+        let (two, faster) = (dvector![1.0, 0.7], 1.0 + p[0]);
+        let dampers = dvector![0.3, 0.2] * faster;
+        let chain = PendulumChain::new(two.clone(), two, &dampers, faster.powi(2))?;
+        let wall = Wall::new(1, 0.3, 0.6, WallSide::Right)?;
+        Scene::new(chain, BaseMotion::new(0.4, 1.3 * faster, 0.2)?, [wall])
+    };
+    let shaken = make(&[0.0]).expect("valid");
+    let span = 60.0 * shaken.period().expect("forced");
+    let orbit = settled(&shaken, dvector![0.1, 0.0], dvector![0.0, 0.0], span);
+    assert!(!orbit.impacts().is_empty());
+    let own = derivatives_of(&orbit, &make, &[0.0]).expect("derivatives");
+    let (q, v) = (orbit.q0(), orbit.v0());
+    println!("T {:e} q {:e} v {:e} mu {:e}", own.period[0]/orbit.period()+1.0, own.q0.amax() / q.amax(), (own.v0.column(0) - &v).amax() / v.amax(), own.multipliers.map(|mu| mu.norm()).amax());
+    assert!((own.period[0] / orbit.period() + 1.0).abs() < 1e-9);
+    assert!(own.q0.amax() < 1e-9 * q.amax(), "{:e}", own.q0.amax());
+    let off = (own.v0.column(0) - &v).amax();
+    assert!(off < 1e-9 * v.amax(), "{off:e}");
+    for (k, impact) in orbit.impacts().iter().enumerate() {
+        let off = own.speeds_before[(k, 0)] / impact.approach - 1.0;
+        assert!(off.abs() < 1e-9, "{off:e}");
+    }
+    let multipliers = own.multipliers.map(|mu| mu.norm()).amax();
+    assert!(multipliers < 1e-6, "{multipliers:e}");
 }

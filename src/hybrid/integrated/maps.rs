@@ -121,29 +121,32 @@ impl IntegratedMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        self.flow_by::<Dop853<Vec<f64>>>(tolerance, (held, span), state, deviations)
+        self.flow_by::<Dop853<Vec<f64>>>(tolerance, (held, span), state, deviations)?;
+        Ok(())
     }
 
-    /// Carries a state and deviations from it over a span to a tolerance: along series, or by a method.
+    /// Carries a state and deviations from it over a span to a tolerance, along series or by a method; many deviations by the Jacobian,
+    /// which is returned.
     fn flow_by<P: Stepper<Vec<f64>, Choice: Default>>(
         &self,
         tolerance: Tolerance,
         (held, (start, end)): (&[usize], (f64, f64)),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
-    ) -> Result<()> {
+    ) -> Result<Option<DMatrix<f64>>> {
         let len = state.len();
         let moving = deviations.column_iter().filter(|own| own.amax() > 0.0);
         if moving.count() > len {
             // Of so many those of every coordinate and velocity say all.
             let mut jacobian = DMatrix::identity(len, len);
             self.flow_by::<P>(tolerance, (held, (start, end)), state, &mut jacobian)?;
-            *deviations = jacobian * &*deviations;
-            return Ok(());
+            *deviations = &jacobian * &*deviations;
+            return Ok(Some(jacobian));
         }
         let (at, span) = (self.moment(start), end - start);
         if let Some(series) = self.series_of(held) {
-            return series.flow(tolerance, (at, span), state, deviations);
+            series.flow(tolerance, (at, span), state, deviations)?;
+            return Ok(None);
         }
         if !held.is_empty() {
             differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
@@ -156,7 +159,7 @@ impl IntegratedMaps {
         };
         integrate::<P, _>(&dynamics, at, span, tolerance, &mut x, None)?;
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
-        Ok(())
+        Ok(None)
     }
 
     pub fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
@@ -229,6 +232,17 @@ impl HybridMaps for IntegratedMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
+        self.flow_by_jacobian(held, span, state, deviations)?;
+        Ok(())
+    }
+
+    fn flow_by_jacobian(
+        &self,
+        held: &[usize],
+        span: (f64, f64),
+        state: &mut DVector<f64>,
+        deviations: &mut DMatrix<f64>,
+    ) -> Result<Option<DMatrix<f64>>> {
         self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, deviations)
     }
 

@@ -238,20 +238,21 @@ impl Shooting<'_> {
         }
     }
 
-    /// Carries a state and deviations along flight k.
+    /// Carries a state and deviations along flight k; its Jacobian where it is made on the way.
     pub(super) fn fly(
         &self,
         k: usize,
         state: &ShootingState,
         (x, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
-    ) -> Result<()> {
+    ) -> Result<Option<DMatrix<f64>>> {
         unless_broken_off()?;
         let span = (state.starts[k], state.times[k + 1]);
-        self.motion.flow(self.held(k), span, x, deviations)
+        self.motion
+            .flow_by_jacobian(self.held(k), span, x, deviations)
     }
 
     /// The end of flight k, at instant k + 1, without deviations; of a last flight that is to close with its mirror image, the image.
-    fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
+    pub(super) fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
         let len = state.states[0].len();
         let mut y = Timed {
             time: state.times[k + 1],

@@ -32,6 +32,8 @@ pub(crate) struct Linearised {
     times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
     states: Vec<DMatrix<f64>>,
+    /// What flights make of deviations, where that is known of all.
+    legs: Vec<Option<LegMap>>,
 }
 
 impl Linearised {
@@ -59,6 +61,23 @@ impl Linearised {
             states: self.states.iter().map(|d| d * &numbers).collect(),
         }
     }
+}
+
+/// A flight and the instant at its end: what is behind that, and the condition of the instant with what deviations make of it.
+struct Leg {
+    y: Timed,
+    condition: Option<(f64, DVector<f64>)>,
+    map: Option<LegMap>,
+}
+
+/// What a flight and the instant at its end make of deviations at the time of its start.
+#[derive(Debug, Clone)]
+struct LegMap {
+    deviations: DMatrix<f64>,
+    /// Of where the next flight begins.
+    delays: DVector<f64>,
+    /// Of the condition of the instant, if it has one.
+    condition: Option<DVector<f64>>,
 }
 
 /// Newton's correction of every time and state; of many the least, none along directions that are as weak as this.
@@ -139,13 +158,18 @@ impl Shooting<'_> {
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
     pub(crate) fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
-        self.equations(state, units, self.n_unknowns(state))
+        self.equations(state, units, self.n_unknowns(state), &[])
     }
 
     /// What a loop lacks, and what closing its flights one after the other from the first state makes of the others: the equations of no
-    /// unknowns.
-    pub(crate) fn lacking(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
-        self.equations(state, units, 0)
+    /// unknowns, about a loop beside another one, by the flights of that where they are known.
+    pub(crate) fn lacking(
+        &self,
+        state: &ShootingState,
+        units: &Units,
+        beside: &Linearised,
+    ) -> Result<Linearised> {
+        self.equations(state, units, 0, &beside.legs)
     }
 
     /// How many unknowns there are: the first state, and the times.
@@ -153,12 +177,13 @@ impl Shooting<'_> {
         state.states[0].len() + self.n_times()
     }
 
-    /// The equations of the first state and the times, or of none of them.
+    /// The equations of the first state and the times, or of none of them; flights by their maps where these are known.
     fn equations(
         &self,
         state: &ShootingState,
         units: &Units,
         unknowns: usize,
+        known: &[Option<LegMap>],
     ) -> Result<Linearised> {
         let flights = state.states.len();
         let two_n = state.states[0].len();
@@ -180,6 +205,7 @@ impl Shooting<'_> {
         let mut rows = Vec::new();
         let mut worst = Mismatch::default();
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
+        let mut legs = Vec::with_capacity(flights);
         for k in 0..flights {
             for stop in self.newly_struck(k) {
                 let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
@@ -191,32 +217,19 @@ impl Shooting<'_> {
             }
             states.push(deviations.clone());
             starts.push(delays.clone());
-            let (start, end) = (state.starts[k], state.times[k + 1]);
+            let start = state.starts[k];
             let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
             deviations -= rate * delays.transpose();
-            let mut x = state.states[k].clone();
-            self.fly(k, state, (&mut x, &mut deviations))?;
-            delays = self.shift(k + 1, unknowns, units);
-            if k + 1 == flights && self.clocked != Clocked::Free && unknowns > two_n {
-                let columns = unknowns + 1;
-                deviations = deviations.insert_column(columns, 0.0);
-                delays = delays.push(0.0);
-                delays.swap_rows(two_n, columns);
-            }
-            deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
-            let mut y = Timed {
-                time: end,
-                state: x,
-                deviations,
-                delays,
+            let Leg { y, condition, map } = match known.get(k) {
+                Some(Some(map)) => self.leg_by(map, k, (state, units), &deviations)?,
+                _ => self.leg(k, (state, units), deviations)?,
             };
-            self.mirror(k, state, &mut y);
-            if let Some((condition, mut row)) = self.condition(k + 1, units, &y)? {
+            if let Some((condition, mut row)) = condition {
                 row[unknowns] += condition;
                 worst.note(condition);
                 rows.push(row);
             }
-            self.pass(k + 1, units, &mut y)?;
+            legs.push(map);
             self.note_jump(k, (state, units), &y, &mut worst)?;
             (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
@@ -251,6 +264,78 @@ impl Shooting<'_> {
                 .collect(),
             starts,
             states,
+            legs,
+        })
+    }
+
+    /// What flight k and the instant at its end make of a state and of deviations from it at the time of its start.
+    fn leg(
+        &self,
+        k: usize,
+        (state, units): (&ShootingState, &Units),
+        mut deviations: DMatrix<f64>,
+    ) -> Result<Leg> {
+        let (two_n, unknowns) = (deviations.nrows(), deviations.ncols() - 1);
+        let end = state.times[k + 1];
+        let mut x = state.states[k].clone();
+        let jacobian = self.fly(k, state, (&mut x, &mut deviations))?;
+        let mut delays = self.shift(k + 1, unknowns, units);
+        let is_last = k + 1 == state.states.len();
+        if is_last && self.clocked != Clocked::Free && unknowns > two_n {
+            let columns = unknowns + 1;
+            deviations = deviations.insert_column(columns, 0.0);
+            delays = delays.push(0.0);
+            delays.swap_rows(two_n, columns);
+        }
+        deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
+        let own = deviations.ncols();
+        if let Some(jacobian) = &jacobian {
+            deviations = deviations.insert_columns(own, two_n, 0.0);
+            deviations.columns_mut(own, two_n).copy_from(jacobian);
+            delays = delays.insert_rows(own, two_n, 0.0);
+        }
+        let mut y = Timed {
+            time: end,
+            state: x,
+            deviations,
+            delays,
+        };
+        self.mirror(k, state, &mut y);
+        let mut condition = self.condition(k + 1, units, &y)?;
+        self.pass(k + 1, units, &mut y)?;
+        let map = jacobian.map(|_| LegMap {
+            deviations: y.deviations.columns(own, two_n).into_owned(),
+            delays: y.delays.rows(own, two_n).into_owned(),
+            condition: condition
+                .as_ref()
+                .map(|(_, row)| row.rows(own, two_n).into_owned()),
+        });
+        y.deviations.resize_horizontally_mut(own, 0.0);
+        y.delays.resize_vertically_mut(own, 0.0);
+        if let Some((_, row)) = &mut condition {
+            row.resize_vertically_mut(own, 0.0);
+        }
+        Ok(Leg { y, condition, map })
+    }
+
+    /// The same by what the flight of another loop makes of deviations.
+    fn leg_by(
+        &self,
+        map: &LegMap,
+        k: usize,
+        (state, units): (&ShootingState, &Units),
+        deviations: &DMatrix<f64>,
+    ) -> Result<Leg> {
+        let mut y = self.flown(k, state)?;
+        let condition = self.condition(k + 1, units, &y)?;
+        self.pass(k + 1, units, &mut y)?;
+        y.deviations = &map.deviations * deviations;
+        y.delays = deviations.tr_mul(&map.delays);
+        let condition = condition.zip(map.condition.as_ref());
+        Ok(Leg {
+            y,
+            condition: condition.map(|((value, _), row)| (value, deviations.tr_mul(row))),
+            map: None,
         })
     }
 
