@@ -199,7 +199,13 @@ fn a_pendulum_in_another_unit_of_time() {
     assert!(!orbit.impacts().is_empty());
     let own = derivatives_of(&orbit, &make, &[0.0]).expect("derivatives");
     let (q, v) = (orbit.q0(), orbit.v0());
-    println!("T {:e} q {:e} v {:e} mu {:e}", own.period[0]/orbit.period()+1.0, own.q0.amax() / q.amax(), (own.v0.column(0) - &v).amax() / v.amax(), own.multipliers.map(|mu| mu.norm()).amax());
+    println!(
+        "T {:e} q {:e} v {:e} mu {:e}",
+        own.period[0] / orbit.period() + 1.0,
+        own.q0.amax() / q.amax(),
+        (own.v0.column(0) - &v).amax() / v.amax(),
+        own.multipliers.map(|mu| mu.norm()).amax()
+    );
     assert!((own.period[0] / orbit.period() + 1.0).abs() < 1e-9);
     assert!(own.q0.amax() < 1e-9 * q.amax(), "{:e}", own.q0.amax());
     let off = (own.v0.column(0) - &v).amax();
