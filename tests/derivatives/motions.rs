@@ -186,6 +186,8 @@ fn a_sharp_resonance() {
 /// In another unit of time all times and speeds are others, by a known factor.
 #[test]
 fn a_pendulum_in_another_unit_of_time() {
+    // Central differences over 6e-5: their square, a few times.
+    const KNOWN: f64 = 2e-8;
     let make = |p: &[f64]| {
         let (two, faster) = (dvector![1.0, 0.7], 1.0 + p[0]);
         let dampers = dvector![0.3, 0.2] * faster;
@@ -199,20 +201,13 @@ fn a_pendulum_in_another_unit_of_time() {
     assert!(!orbit.impacts().is_empty());
     let own = derivatives_of(&orbit, &make, &[0.0]).expect("derivatives");
     let (q, v) = (orbit.q0(), orbit.v0());
-    println!(
-        "T {:e} q {:e} v {:e} mu {:e}",
-        own.period[0] / orbit.period() + 1.0,
-        own.q0.amax() / q.amax(),
-        (own.v0.column(0) - &v).amax() / v.amax(),
-        own.multipliers.map(|mu| mu.norm()).amax()
-    );
-    assert!((own.period[0] / orbit.period() + 1.0).abs() < 1e-9);
-    assert!(own.q0.amax() < 1e-9 * q.amax(), "{:e}", own.q0.amax());
+    assert!((own.period[0] / orbit.period() + 1.0).abs() < KNOWN);
+    assert!(own.q0.amax() < KNOWN * q.amax(), "{:e}", own.q0.amax());
     let off = (own.v0.column(0) - &v).amax();
-    assert!(off < 1e-9 * v.amax(), "{off:e}");
+    assert!(off < KNOWN * v.amax(), "{off:e}");
     for (k, impact) in orbit.impacts().iter().enumerate() {
         let off = own.speeds_before[(k, 0)] / impact.approach - 1.0;
-        assert!(off.abs() < 1e-9, "{off:e}");
+        assert!(off.abs() < KNOWN, "{off:e}");
     }
     let multipliers = own.multipliers.map(|mu| mu.norm()).amax();
     assert!(multipliers < 1e-6, "{multipliers:e}");
