@@ -1,5 +1,6 @@
 //! Orbits of any pattern near a guess, by shooting on the times of their instants (theory 5).
 
+pub(in crate::orbit) mod carried;
 pub(in crate::orbit) mod closure;
 pub(in crate::orbit) mod find;
 pub(in crate::orbit) mod guess;

@@ -1,10 +1,10 @@
 //! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
 
 use crate::error::{Error, Result};
-use crate::hybrid::chatter_map::Timed;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
 use crate::observer::stop_if;
+use crate::orbit::shooting::carried::{Carried, FlightMap};
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
 };
@@ -32,8 +32,8 @@ pub(crate) struct Linearised {
     times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
     states: Vec<DMatrix<f64>>,
-    /// What flights make of deviations, where that is known of all.
-    legs: Vec<Option<LegMap>>,
+    /// What flights make of deviations, where that was made on the way.
+    flights: Vec<Option<FlightMap>>,
 }
 
 impl Linearised {
@@ -61,23 +61,6 @@ impl Linearised {
             states: self.states.iter().map(|d| d * &numbers).collect(),
         }
     }
-}
-
-/// A flight and the instant at its end: what is behind that, and the condition of the instant with what deviations make of it.
-struct Leg {
-    y: Timed,
-    condition: Option<(f64, DVector<f64>)>,
-    map: Option<LegMap>,
-}
-
-/// What a flight and the instant at its end make of deviations at the time of its start.
-#[derive(Debug, Clone)]
-struct LegMap {
-    deviations: DMatrix<f64>,
-    /// Of where the next flight begins.
-    delays: DVector<f64>,
-    /// Of the condition of the instant, if it has one.
-    condition: Option<DVector<f64>>,
 }
 
 /// Newton's correction of every time and state; of many the least, none along directions that are as weak as this.
@@ -169,7 +152,7 @@ impl Shooting<'_> {
         units: &Units,
         beside: &Linearised,
     ) -> Result<Linearised> {
-        self.equations(state, units, 0, &beside.legs)
+        self.equations(state, units, 0, &beside.flights)
     }
 
     /// How many unknowns there are: the first state, and the times.
@@ -183,7 +166,7 @@ impl Shooting<'_> {
         state: &ShootingState,
         units: &Units,
         unknowns: usize,
-        known: &[Option<LegMap>],
+        known: &[Option<FlightMap>],
     ) -> Result<Linearised> {
         let flights = state.states.len();
         let two_n = state.states[0].len();
@@ -205,7 +188,7 @@ impl Shooting<'_> {
         let mut rows = Vec::new();
         let mut worst = Mismatch::default();
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
-        let mut legs = Vec::with_capacity(flights);
+        let mut maps = Vec::with_capacity(flights);
         for k in 0..flights {
             for stop in self.newly_struck(k) {
                 let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
@@ -220,16 +203,16 @@ impl Shooting<'_> {
             let start = state.starts[k];
             let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
             deviations -= rate * delays.transpose();
-            let Leg { y, condition, map } = match known.get(k) {
-                Some(Some(map)) => self.leg_by(map, k, (state, units), &deviations)?,
-                _ => self.leg(k, (state, units), deviations)?,
+            let Carried { y, condition, map } = match known.get(k) {
+                Some(Some(map)) => self.carried_by(map, k, (state, units), &deviations)?,
+                _ => self.carried(k, (state, units), deviations)?,
             };
             if let Some((condition, mut row)) = condition {
                 row[unknowns] += condition;
                 worst.note(condition);
                 rows.push(row);
             }
-            legs.push(map);
+            maps.push(map);
             self.note_jump(k, (state, units), &y, &mut worst)?;
             (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
@@ -264,83 +247,12 @@ impl Shooting<'_> {
                 .collect(),
             starts,
             states,
-            legs,
-        })
-    }
-
-    /// What flight k and the instant at its end make of a state and of deviations from it at the time of its start.
-    fn leg(
-        &self,
-        k: usize,
-        (state, units): (&ShootingState, &Units),
-        mut deviations: DMatrix<f64>,
-    ) -> Result<Leg> {
-        let (two_n, unknowns) = (deviations.nrows(), deviations.ncols() - 1);
-        let end = state.times[k + 1];
-        let mut x = state.states[k].clone();
-        let jacobian = self.fly(k, state, (&mut x, &mut deviations))?;
-        let mut delays = self.shift(k + 1, unknowns, units);
-        let is_last = k + 1 == state.states.len();
-        if is_last && self.clocked != Clocked::Free && unknowns > two_n {
-            let columns = unknowns + 1;
-            deviations = deviations.insert_column(columns, 0.0);
-            delays = delays.push(0.0);
-            delays.swap_rows(two_n, columns);
-        }
-        deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
-        let own = deviations.ncols();
-        if let Some(jacobian) = &jacobian {
-            deviations = deviations.insert_columns(own, two_n, 0.0);
-            deviations.columns_mut(own, two_n).copy_from(jacobian);
-            delays = delays.insert_rows(own, two_n, 0.0);
-        }
-        let mut y = Timed {
-            time: end,
-            state: x,
-            deviations,
-            delays,
-        };
-        self.mirror(k, state, &mut y);
-        let mut condition = self.condition(k + 1, units, &y)?;
-        self.pass(k + 1, units, &mut y)?;
-        let map = jacobian.map(|_| LegMap {
-            deviations: y.deviations.columns(own, two_n).into_owned(),
-            delays: y.delays.rows(own, two_n).into_owned(),
-            condition: condition
-                .as_ref()
-                .map(|(_, row)| row.rows(own, two_n).into_owned()),
-        });
-        y.deviations.resize_horizontally_mut(own, 0.0);
-        y.delays.resize_vertically_mut(own, 0.0);
-        if let Some((_, row)) = &mut condition {
-            row.resize_vertically_mut(own, 0.0);
-        }
-        Ok(Leg { y, condition, map })
-    }
-
-    /// The same by what the flight of another loop makes of deviations.
-    fn leg_by(
-        &self,
-        map: &LegMap,
-        k: usize,
-        (state, units): (&ShootingState, &Units),
-        deviations: &DMatrix<f64>,
-    ) -> Result<Leg> {
-        let mut y = self.flown(k, state)?;
-        let condition = self.condition(k + 1, units, &y)?;
-        self.pass(k + 1, units, &mut y)?;
-        y.deviations = &map.deviations * deviations;
-        y.delays = deviations.tr_mul(&map.delays);
-        let condition = condition.zip(map.condition.as_ref());
-        Ok(Leg {
-            y,
-            condition: condition.map(|((value, _), row)| (value, deviations.tr_mul(row))),
-            map: None,
+            flights: maps,
         })
     }
 
     /// What the unknowns make of the time of instant k.
-    fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
+    pub(super) fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
         let mut delays = DVector::zeros(unknowns + 1);
         if let Some(j) = self.time_index(k).filter(|_| unknowns > 0) {
             delays[unknowns - self.n_times() + j] = units.time;
