@@ -184,6 +184,8 @@ pub(crate) const UNSEEN: f64 = 1e-13;
 pub(crate) const SPLIT_ROWS: f64 = 1e-13;
 /// Largest scaled mismatch of what counts as closed.
 pub(crate) const ORBIT_CLOSED: f64 = 1e-11;
+/// Rounds of a loop are one if it closes after the first to this part of its size.
+pub(crate) const SAME_ROUND: f64 = 1e-8;
 /// An orbit that misses closing by more than this, in its own size, is not one of the scene.
 pub(crate) const ELSEWHERE: f64 = 1e-6;
 /// Singular values below this, relative to the largest entry, belong to directions in which the orbit may be changed.

@@ -3,14 +3,14 @@
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use nalgebra::DVector;
+use nalgebra::{DVector, dmatrix, dvector};
 use scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit,
-    Scene, SegmentKind, SimulateOptions, find_orbit, find_orbit_in_order, nalgebra, paper_scene,
-    periodic_orbits, simulate,
+    BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Pattern,
+    PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Stop, find_orbit,
+    find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
@@ -460,4 +460,43 @@ fn a_pendulum_against_a_wall_is_followed_from_its_trajectory() {
         assert!((q[0].sin() + 0.5 * q[1].sin() - 0.3).abs() < 1e-12);
         assert!((impact.departure - 0.7 * impact.approach).abs() < 1e-11);
     }
+}
+
+/// A run that comes to its motion by turns is still nearer to where it was two periods ago.
+#[test]
+fn a_motion_of_one_period_is_not_found_as_one_of_two() {
+    let c = 0.211_042_339_534_924_2;
+    let chain = PendulumChain::with_damping_matrix(
+        dvector![0.901_866_812_046_203_2, 1.851_773_216_037_278_2],
+        dvector![0.791_940_611_106_269_9, 0.642_959_370_396_258_6],
+        dmatrix![c, -c; -c, c],
+        1.0,
+    );
+    let base = BaseMotion::new(0.270_871_295_967_684_83, 1.675_498_104_737_948_5, 0.0);
+    let stop = Stop::new(0, 0.024_188_287_433_522_29, 0.0).expect("valid");
+    let scene = Scene::new(chain.expect("valid"), base.expect("valid"), [stop]).expect("valid");
+    let mut found = 0;
+    for (k, periods) in [40.0, 60.0, 80.0, 100.0].into_iter().enumerate() {
+        let (q, v) = (dvector![0.0, 0.0], dvector![0.1, -0.1 * k as f64]);
+        let until = periods * scene.period().expect("forced");
+        let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+        let run = run.expect("a run");
+        let Ok(orbit) = find_orbit(&scene, &run, None) else {
+            continue;
+        };
+        let one = orbit.period() / orbit.n_periods() as f64;
+        let (now, later) = (orbit.state(0.3, false), orbit.state(0.3 + one, false));
+        let off = (now.0 - later.0).amax().max((now.1 - later.1).amax());
+        assert!(orbit.n_periods() == 1 || off > 1e-6, "{periods}: {off:e}");
+        found += 1;
+        // What is asked for is given.
+        if orbit.n_periods() == 1 {
+            let twice = find_orbit(&scene, &run, Some(2)).expect("two rounds");
+            assert_eq!(
+                (twice.n_periods(), twice.impacts().len()),
+                (2, 2 * orbit.impacts().len())
+            );
+        }
+    }
+    assert!(found > 2, "{found}");
 }

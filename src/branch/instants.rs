@@ -5,10 +5,8 @@ use crate::branch::family::Family;
 use crate::branch::place::Place;
 use crate::error::Result;
 use crate::orbit::{ContactStage, Event, ShootingState, Signature, with_shooting};
+use crate::tolerance::SAME_ROUND;
 use nalgebra::{DMatrix, DVector};
-
-/// Rounds of a loop are one if it closes after the first to this part of its size.
-pub(super) const SAME_ROUND: f64 = 1e-8;
 
 /// A flight from a stop back to it that takes less than this part of the period may come to nothing.
 const SHORT_FLIGHT: f64 = 0.05;

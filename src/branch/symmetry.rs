@@ -2,11 +2,12 @@
 //! (theory 19, "Symmetry").
 
 use crate::branch::family::Family;
-use crate::branch::instants::{SAME_ROUND, period};
+use crate::branch::instants::period;
 use crate::branch::place::Place;
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{Signature, images, with_shooting};
+use crate::tolerance::SAME_ROUND;
 
 impl Family<'_> {
     /// Of each stop its mirror image in a scene, where that is odd.

@@ -4,13 +4,14 @@
 use crate::branch::corrector::Settled;
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
-use crate::branch::instants::{Instant, SAME_ROUND, period, turned};
+use crate::branch::instants::{Instant, period, turned};
 use crate::branch::place::{Direction, Place};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Point, Target, step_to};
 use crate::error::Result;
 use crate::linalg::rank;
 use crate::orbit::with_shooting;
+use crate::tolerance::SAME_ROUND;
 use nalgebra::DMatrix;
 
 /// The second place of the secant method to the doubling, in arclength, and a step below which one is the last.

@@ -225,9 +225,10 @@ impl GapSeries {
         self.size = margin / TERM_ROUNDINGS;
     }
 
-    /// Where the gap is lowest within a span, and how low: at an end, or where its speed changes its sign between samples.
-    pub fn lowest(&self, span: f64) -> (f64, f64) {
-        let slopes = &self.slopes()[..self.len - 1];
+    /// Where the gap is lowest within a span, and how low: at an end, or where its speed changes its sign between samples. `order` is that
+    /// of the root at the start, of which the speed has one less: what rounding leaves there of a speed says nothing.
+    pub fn lowest(&self, order: usize, span: f64) -> (f64, f64) {
+        let slopes = &self.slopes()[order.saturating_sub(1)..self.len - 1];
         let time = |k: usize| span * k as f64 / SAMPLES as f64;
         let turns = (0..SAMPLES).filter_map(|k| {
             let between = [time(k), time(k + 1)];
@@ -453,14 +454,21 @@ mod tests {
         for _ in 0..500 {
             let c: Vec<f64> = (0..14).map(|k| random() * 0.6f64.powi(k) * 2.0).collect();
             let gap = GapSeries::of(&c, 1.0);
-            let (at, least) = gap.lowest(1.0);
+            let (at, least) = gap.lowest(0, 1.0);
             assert!((gap.value(at) - least).abs() < 1e-15);
             let sampled = (0..=4000).map(|k| gap.value(f64::from(k) / 4000.0));
             let sampled = sampled.fold(f64::INFINITY, f64::min);
             // Between two samples it falls by less than its curvature over their distance.
             assert!(least <= sampled + 1e-15 && least > sampled - 1e-4, "{c:?}");
         }
-        assert_eq!(GapSeries::of(&[1.0, -1.0], 1.0).lowest(3.0), (3.0, -2.0));
+        assert_eq!(GapSeries::of(&[1.0, -1.0], 1.0).lowest(0, 3.0), (3.0, -2.0));
+        // Behind an impact that takes all speed: -t^2/100 + t^3 is lowest at 1/150, whatever rounding leaves.
+        for speed in [-1e-17, 0.0, 1e-17] {
+            let gap = GapSeries::of(&[0.0, speed, -0.01, 1.0], 1.0);
+            let (at, least) = gap.lowest(2, 1.0);
+            assert!((at * 150.0 - 1.0).abs() < 1e-12, "{at}");
+            assert!((least * 6.75e6 + 1.0).abs() < 1e-9, "{least}");
+        }
     }
 
     #[test]

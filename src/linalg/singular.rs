@@ -2,10 +2,13 @@
 //! less than full rank, which contacts in one plane make every day, iterations on a bidiagonal form can lose whole digits.
 
 use crate::error::{Error, Result};
+use crate::observer::unless_broken_off;
 use nalgebra::{DMatrix, DVector};
 
 /// Rounds of rotations after which they would never end; some ten do.
 const MOST_SWEEPS: usize = 60;
+/// Columns from which a round is long enough to ask in it whether to go on.
+const LARGE: usize = 64;
 /// Least binary exponent of a scale whose inverse is a number.
 const LEAST_EXPONENT: f64 = -1000.0;
 
@@ -47,6 +50,9 @@ impl Singular {
         for _ in 0..MOST_SWEEPS {
             let mut is_done = true;
             for i in 0..n {
+                if n >= LARGE {
+                    unless_broken_off()?;
+                }
                 for j in i + 1..n {
                     if let Some(turn) = turn(&images, [i, j], least) {
                         rotate(&mut images, [i, j], turn);

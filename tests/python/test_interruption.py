@@ -37,6 +37,7 @@ HEAVY = {
     "acceleration": "kept.acceleration(np.linspace(0, 10, 300_000))",
     "contact force": "held.contact_force(0, np.linspace(0, 10, 1_000_000))",
     "impulse": "[held.impulse(0) for _ in range(1_000_000)]",
+    "long orbits": "vi.find_orbit(chaotic, wandering, n_periods=600)",
     "functions": "vi.simulate_many(functions, many, 0 * many, (0, 1000))",
 }
 
@@ -93,6 +94,8 @@ orbit = vi.periodic_orbits(vi.paper_scene(3), [1], 2)[0]
 held = vi.simulate(vi.Scene(free.system, None, vi.Stop(0, 1.0, 0.0)), q, 0 * q, (0, 10))
 shuttle = [vi.Stop(0, 1.0, 1.0), vi.Stop(0, 1.0, 1.0, side="lower")]
 bounces = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0), None, shuttle), 0.0, 2.0, (0, 600_000))
+chaotic = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([8.5], 2.4), vi.Stop(0, 0.2, 0.7))
+wandering = vi.simulate(chaotic, 0.0, 1.0, (0, 700 * chaotic.period))
 functions = vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q, mass=1.0), None, vi.Stop(0, 0.5, 0.9))
 many = np.linspace(0.0, 0.4, 100)
 """

@@ -10,6 +10,7 @@ use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
+use crate::tolerance::SAME_ROUND;
 use std::ops::ControlFlow;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), a trajectory that comes near it, or a state.
@@ -69,7 +70,21 @@ pub fn find_orbit_observed<'a>(
     n_periods: Option<usize>,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    solved(begun(scene, guess.into(), n_periods)?, observer)
+    let guess = guess.into();
+    let is_counted = n_periods.is_some() || matches!(guess, Guess::Orbit(_));
+    let (scene, signature, first) = begun(scene, guess, n_periods)?;
+    if is_counted || signature.n_periods == 1 {
+        return solved((scene, signature, first), observer);
+    }
+    let several = with_shooting(&scene, &signature, |shooting, orbit| {
+        let (found, flight_ends) = shooting.solve(first, observer)?;
+        Ok((orbit(&found, &flight_ends)?, found))
+    });
+    let (orbit, found) = several?;
+    match one_round(&scene, &signature, &found)? {
+        Some((signature, round)) => solved((scene, signature, round), observer),
+        None => Ok(orbit),
+    }
 }
 
 /// [`find_orbit`] for a pattern: from the state of the guess (of a trajectory its last one, of an orbit that in the middle of its last flight) the
@@ -147,6 +162,43 @@ fn begun_in_order(
     let signature = start.signature(depends);
     let first = first_loop(&start, signature.clocked(&scene));
     Ok((scene, signature, first))
+}
+
+/// The motion that a loop goes through several times, if it does.
+fn one_round(
+    scene: &Scene,
+    signature: &Signature,
+    found: &ShootingState,
+) -> Result<Option<(Signature, ShootingState)>> {
+    let (stages, n_periods) = (&signature.stages, signature.n_periods);
+    let is_empty = matches!(stages[0].event, Event::Nothing);
+    for periods in 1..n_periods {
+        let rounds = n_periods / periods;
+        let own = if is_empty { 1 } else { stages.len() / rounds };
+        let is_like = is_empty || (own..stages.len()).all(|k| stages[k] == stages[k - own]);
+        if !n_periods.is_multiple_of(periods) || own == 0 || !is_like {
+            continue;
+        }
+        let round = Signature {
+            stages: stages[..own].to_vec(),
+            n_periods: periods,
+            ..signature.clone()
+        };
+        let whole = found.times[stages.len()] - found.times[0];
+        let end = found.times[0] + whole / rounds as f64;
+        let state = ShootingState {
+            times: found.times[..own].iter().copied().chain([end]).collect(),
+            starts: found.starts[..own].to_vec(),
+            states: found.states[..own].to_vec(),
+        };
+        let mismatch = with_shooting(scene, &round, |shooting, _| {
+            shooting.mismatch(&state, &shooting.units(&state)?)
+        })?;
+        if mismatch <= SAME_ROUND {
+            return Ok(Some((round, state)));
+        }
+    }
+    Ok(None)
 }
 
 fn check_periods(scene: &Scene, n_periods: Option<usize>) -> Result<()> {

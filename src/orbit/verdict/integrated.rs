@@ -4,7 +4,9 @@ use crate::contact::first_root::FirstRoot;
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
 use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
-use crate::hybrid::{FlightPieces, IntegratedMaps, OrbitStep, SegmentKind, SeriesPiece};
+use crate::hybrid::{
+    FlightPieces, HybridMaps, IntegratedMaps, OrbitStep, SegmentKind, SeriesPiece,
+};
 use crate::impact::Impact;
 use crate::model::are_coupled;
 use crate::orbit::contact_mode::{ContactMode, struck};
@@ -14,6 +16,7 @@ use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::{is_met, judge_impacts, judge_reached};
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
 use crate::tolerance::INTEGRATED_MARGIN;
+use nalgebra::DVector;
 
 /// Judges flights that are integrated.
 pub(crate) struct IntegratedJudge<'a> {
@@ -58,15 +61,19 @@ impl IntegratedJudge<'_> {
                 continue;
             }
             if let FlightPieces::Steps(steps) = pieces {
-                self.search_forces(mode.held(), *start, steps, &mut found)?;
+                self.search_forces(mode.held(), (*start, steps), flights, &mut found)?;
             }
             for (stop, &size) in sizes.iter().enumerate() {
+                let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
                 let order = match mode.released {
                     Some(released) if released == stop => 3,
-                    _ => usize::from(begins.contains(&stop)),
+                    _ if begins.contains(&stop) => {
+                        self.order((*start, pieces), stop, margin * rate)?
+                    }
+                    _ => 0,
                 };
-                let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
-                if held.contains(&stop) || self.is_low_bounce((*start, pieces), stop, margin)? {
+                let flight = (*start, pieces);
+                if held.contains(&stop) || self.is_low_bounce(flight, (held, stop), margin)? {
                     continue;
                 }
                 match pieces {
@@ -118,30 +125,64 @@ impl IntegratedJudge<'_> {
         Ok([value.gap, value.speed])
     }
 
+    /// The same with the acceleration.
+    fn bent_gap(
+        &self,
+        (held, stop): (&[usize], usize),
+        t: f64,
+        x: &[f64],
+        step: f64,
+    ) -> Result<[f64; 3]> {
+        let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
+        let (q, v) = x.split_at(x.len() / 2);
+        let value = self.maps.contacts[stop].along(|| self.maps.moment(t), (q, v, &a), step)?;
+        Ok([value.gap, value.speed, value.acceleration])
+    }
+
+    /// The order of the zero that a gap has behind an impact: two where that has taken all speed but what is slow.
+    fn order(
+        &self,
+        (start, pieces): (f64, &FlightPieces),
+        stop: usize,
+        slow: f64,
+    ) -> Result<usize> {
+        let Some((_, first)) = pieces.starts().next() else {
+            return Ok(1);
+        };
+        let [_, opening] = self.gap(stop, start, &first)?;
+        Ok(if opening.abs() <= slow { 2 } else { 1 })
+    }
+
     /// Whether a flight stays within the margin of a stop between two contacts with it.
     fn is_low_bounce(
         &self,
         (start, pieces): (f64, &FlightPieces),
-        stop: usize,
+        (held, stop): (&[usize], usize),
         margin: f64,
     ) -> Result<bool> {
         let (Some((_, first)), Some((span, last))) = (pieces.starts().next(), pieces.end()) else {
             return Ok(false);
         };
-        let begins = self.gap(stop, start, &first)?;
-        let ends = self.gap(stop, start + span, &last)?;
-        Ok(is_low_bounce(begins, ends, span, margin))
+        let plain = |t: f64, x: &[f64]| self.gap(stop, t, x).map(|[gap, speed]| [gap, speed, 0.0]);
+        let bent = |t: f64, x: &[f64]| self.bent_gap((held, stop), t, x, span);
+        let (first, last) = ((start, &first[..]), (start + span, &last[..]));
+        Ok(is_low_bounce(
+            plain(first.0, first.1)?,
+            plain(last.0, last.1)?,
+            span,
+            margin,
+        ) && is_low_bounce(bent(first.0, first.1)?, bent(last.0, last.1)?, span, margin))
     }
 
     /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
     fn search_forces(
         &self,
         held: &[usize],
-        start: f64,
-        steps: &[OrbitStep],
+        (start, steps): (f64, &[OrbitStep]),
+        flights: &[(f64, FlightPieces)],
         found: &mut Admissibility,
     ) -> Result<()> {
-        if held.is_empty() {
+        if held.is_empty() || steps.is_empty() {
             return Ok(());
         }
         let mut along = Vec::with_capacity(steps.len());
@@ -158,9 +199,31 @@ impl IntegratedJudge<'_> {
                 .iter()
                 .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
                 .collect();
-            judge_force(stop, &of_stop, INTEGRATED_MARGIN, found);
+            let mobility = self.mobility(stop, start, &steps[0].dense.at(0.0))?;
+            let size = self.fastest(stop, flights)? / mobility;
+            judge_force(stop, &of_stop, (INTEGRATED_MARGIN, size), found);
         }
         Ok(())
+    }
+
+    /// The largest acceleration that a motion has along its flights towards a stop, or from it: what forces are made of that cancel at a
+    /// release.
+    fn fastest(&self, stop: usize, flights: &[(f64, FlightPieces)]) -> Result<f64> {
+        let mut most = 0.0f64;
+        for (start, pieces) in flights {
+            for (local, x) in pieces.starts() {
+                let [_, _, acceleration] = self.bent_gap((&[], stop), start + local, &x, 0.0)?;
+                most = most.max(acceleration.abs());
+            }
+        }
+        Ok(most)
+    }
+
+    /// The acceleration that a force of one on a stop gives its gap.
+    fn mobility(&self, stop: usize, t: f64, x: &[f64]) -> Result<f64> {
+        let x = DVector::from_column_slice(x);
+        let at = self.maps.gap(stop, t, &x)?;
+        Ok(-at.gradient.dot(&self.maps.reaction(stop, &x)?))
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other, at an instant that hits both.
@@ -214,7 +277,7 @@ impl IntegratedJudge<'_> {
             gap.within(margin);
             touches.clear();
             if gap.clone().first_contact(order, piece.h, &mut touches) != FirstRoot::None {
-                let (x, least) = gap.lowest(piece.h);
+                let (x, least) = gap.lowest(order, piece.h);
                 if -least > margin {
                     found.keep_worst(Breach {
                         stop,

@@ -94,13 +94,24 @@ impl<'a> Judge<'a> {
             .filter(|flight| flight.mode.kind == SegmentKind::Flight);
         with_flow!(&*self.flow, f => {
             for flight in free {
-                let at = Moment::of_angle(scene.frequency * flight.start + phase);
-                let mut entered = Vec::new();
-                f.state_from_modal(&flight.after, at, &mut entered);
+                let on_flow = |t: f64, state| {
+                    let mut entered = Vec::new();
+                    let at = Moment::of_angle(scene.frequency * t + phase);
+                    f.state_from_modal(state, at, &mut entered);
+                    entered
+                };
+                let times = [flight.start, flight.start + flight.span];
+                let entered = on_flow(times[0], &flight.after);
+                let derivatives = [entered.clone(), on_flow(times[1], &flight.before_next)].map(|state| {
+                    let mut all = Vec::new();
+                    f.derivatives(&state, &mut all);
+                    all
+                });
                 for (stop, row) in self.gaps.iter().enumerate() {
-                    let ends = (flight.start, flight.start + flight.span);
-                    let start = gap(stop, ends.0, &flight.after);
-                    let end = gap(stop, ends.1, &flight.before_next);
+                    let bend = |k: usize| 2.0 * row.model(&derivatives[k]).c[2];
+                    let [gap_after, opening] = gap(stop, times[0], &flight.after);
+                    let [gap_before, closing] = gap(stop, times[1], &flight.before_next);
+                    let (start, end) = ([gap_after, opening, bend(0)], [gap_before, closing, bend(1)]);
                     if is_low_bounce(start, end, flight.span, margins[stop]) {
                         continue;
                     }

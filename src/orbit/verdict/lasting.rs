@@ -14,11 +14,12 @@ use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::tolerance::{FORCE_MARGIN, LOW_BOUNCE};
 use std::sync::Arc;
 
-/// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap and
-/// opening speed at both ends, which are alike: where a stop is let go, or takes all speed, a long flight may begin with next to none.
-pub(crate) fn is_low_bounce(start: [f64; 2], end: [f64; 2], span: f64, margin: f64) -> bool {
+/// Whether a flight between two contacts with one stop is a low one, drawn back at once: its extremum is a maximum. Gap, opening speed
+/// and acceleration at both ends, which are alike: a long flight may begin with next to no speed, and end so.
+pub(crate) fn is_low_bounce(start: [f64; 3], end: [f64; 3], span: f64, margin: f64) -> bool {
     let at_stop = start[0].abs() <= margin && end[0].abs() <= margin;
-    let is_slow = start[1].max(-end[1]) * span < LOW_BOUNCE * margin;
+    let bend = start[2].abs().max(end[2].abs());
+    let is_slow = start[1].max(-end[1]).max(bend * span) * span < LOW_BOUNCE * margin;
     at_stop && start[1] > 0.0 && end[1] < 0.0 && is_slow
 }
 
@@ -115,15 +116,16 @@ pub(crate) fn search_stretch<F: LinearFlow>(
 /// A contact force along one step: the step's start, its length, the force at the parts 0, 1/4, 1/2, 3/4 and 1 of it.
 pub(crate) type ForceAlong = (f64, f64, [f64; 5]);
 
-/// Judges the contact force of a stop: nowhere below zero by more than the margin, relative to the largest force.
+/// Judges the contact force of a stop: nowhere below zero by more than a margin, in parts of its size, or of its largest value if that is
+/// more.
 pub(crate) fn judge_force(
     stop: usize,
     along: &[ForceAlong],
-    margin: f64,
+    (margin, size): (f64, f64),
     found: &mut Admissibility,
 ) {
     let nodes = along.iter().flat_map(|(.., nodes)| nodes);
-    let size = nodes.fold(0.0f64, |size, force| size.max(force.abs()));
+    let size = nodes.fold(size, |size, force| size.max(force.abs()));
     let mut worst = (0.0, f64::INFINITY);
     for &(start, h, nodes) in along {
         let quartic = Quartic::through(nodes);
