@@ -1,0 +1,65 @@
+//! A referee for branches: random scenes whose orbits, special points and curves are compared with mechanics written down anew, chains
+//! from the places of their bobs and linear systems from Newton's law, followed by extrapolated steps that are much shorter than the
+//! motion.
+
+mod body;
+#[path = "../referee_pendulums/chain.rs"]
+mod chain;
+mod condition;
+mod counts;
+mod draw;
+mod flights;
+mod integrated;
+mod library;
+mod look;
+mod map;
+mod plant;
+#[path = "../common/random.rs"]
+mod random;
+#[path = "../common/roots.rs"]
+mod roots;
+mod rules;
+mod script;
+#[path = "../common/soak.rs"]
+mod soak;
+mod stepper;
+mod tally;
+
+use random::{Cases, Random};
+use tally::Tally;
+
+/// Looks at each case, and says which of them disagree.
+fn compared(
+    name: &str,
+    cases: Cases,
+    check: impl Fn(&mut Random, &mut Tally) -> Result<(), String>,
+) -> Tally {
+    let mut tally = Tally::default();
+    let mut failed = Vec::new();
+    for (number, mut random) in cases.each() {
+        let start = std::time::Instant::now();
+        if let Err(wrong) = check(&mut random, &mut tally) {
+            println!("{name} {number} of seed {}: {wrong}", cases.seed);
+            failed.push(number);
+        }
+        if std::env::var("R18_TIME").is_ok() {
+            println!("{name} {number}: {:.2} s", start.elapsed().as_secs_f64());
+        }
+    }
+    if !cases.is_one() {
+        soak::note(name, cases.seed, cases.numbers().len(), failed.len());
+    }
+    tally.print(name);
+    assert!(
+        failed.is_empty(),
+        "the library and the referee disagree: {failed:?}"
+    );
+    tally
+}
+
+#[test]
+fn branches_of_pendulums_are_what_the_referee_says() {
+    let cases = Cases::new(1, 30);
+    let tally = compared("branches of pendulums", cases, integrated::check);
+    assert!(cases.have(tally.number("orbits"), 100));
+}
