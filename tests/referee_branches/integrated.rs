@@ -10,6 +10,7 @@ use crate::look::Look;
 use crate::map::{Map, difference};
 use crate::random::Random;
 use crate::rules::{Verdict, verdict};
+use crate::script::script;
 use crate::tally::Tally;
 use vibroimpact::{Branch, ContinuationOptions, PeriodicOrbit, Special, Virtual};
 
@@ -126,6 +127,10 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         tally.left_out("no orbit");
         return Ok(());
     };
+    if let Err(why) = script(&orbit) {
+        tally.left_out(why);
+        return Ok(());
+    }
     let branch = match followed(&orbit, &body, (number, range), &options) {
         Ok(branch) => branch,
         Err(error) => {
@@ -137,7 +142,7 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
     if std::env::var("R18_TIME").is_ok() {
         println!("{body:?} {number:?} {range:?} {options:?}");
         println!("{:?} {:?}", branch.parameter, branch.ends);
-        for own in &branch.special { println!("{:?} {} {:?} {:?}", own.kind, own.parameter, own.stop, own.time); }
+        for own in &branch.special { println!("{:?} {} {:?} {:?} err {:e} {:?} {:?} {:?}", own.kind, own.parameter, own.stop, own.time, own.error, own.orbit.segments(), own.orbit.violation(), own.orbit.is_admissible()); }
         println!("{:?} {:?}", orbit.impacts(), orbit.segments());
     }
     check_branch(random, &branch, (&body, number), tally)

@@ -6,8 +6,8 @@ use crate::draw::start;
 use crate::random::Random;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Branch, ContinuationOptions, PeriodicOrbit, SimulateOptions, continuation, continuation_of,
-    find_orbit, simulate,
+    BifurcationCurve, Branch, ContinuationOptions, CurveOf, PeriodicOrbit, SimulateOptions, Special,
+    bifurcation_curve, bifurcation_curve_of, continuation, continuation_of, find_orbit, simulate,
 };
 
 /// So many periods of the forcing a motion is given to settle.
@@ -34,10 +34,34 @@ pub fn followed(
     options: &ContinuationOptions,
 ) -> vibroimpact::Result<Branch> {
     let go_on = &mut |_| ControlFlow::Continue(());
-    let is_wall = matches!(number, Number::Room(face) if matches!(body.faces()[face].kind, Kind::Wall { .. }));
-    if is_wall {
+    if is_wall(body, number) {
         let make = |value: f64| body.with(number, value).scene();
         return continuation_of(orbit, &make, body.value(number), range, options, go_on);
     }
     continuation(orbit, number.parameter(), range, options, go_on)
+}
+
+/// The curve of a special point, of a body, in two numbers.
+pub fn followed_curve(
+    special: &Special,
+    body: &Body,
+    (numbers, between): ([Number; 2], [(f64, f64); 2]),
+    options: &ContinuationOptions,
+) -> vibroimpact::Result<BifurcationCurve> {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let of = CurveOf::Special(special);
+    if numbers.iter().any(|number| is_wall(body, *number)) {
+        let make = |x: f64, y: f64| body.with(numbers[0], x).with(numbers[1], y).scene();
+        let start = numbers.map(|number| body.value(number));
+        return bifurcation_curve_of(of, &make, start, between, options, go_on);
+    }
+    bifurcation_curve(of, numbers.map(Number::parameter), between, options, go_on)
+}
+
+/// Whether a number is the place of a wall, which the library has no name for.
+fn is_wall(body: &Body, number: Number) -> bool {
+    match number {
+        Number::Room(face) => matches!(body.faces()[face].kind, Kind::Wall { .. }),
+        _ => false,
+    }
 }

@@ -20,7 +20,14 @@ const LOOKS: usize = 64;
 impl<'a> Look<'a> {
     /// Of an orbit in the scene of a body, or why there is none.
     pub fn new(orbit: &'a PeriodicOrbit, body: &Body) -> Result<Self, &'static str> {
-        let script = script(orbit)?;
+        Ok(Self {
+            script: script(orbit)?,
+            ..Self::alone(orbit, body)
+        })
+    }
+
+    /// The same without what happens along it.
+    pub fn alone(orbit: &'a PeriodicOrbit, body: &Body) -> Self {
         let mut units = [0.0f64; 2];
         for k in 0..LOOKS {
             let (q, v) = orbit.state(orbit.period() * k as f64 / LOOKS as f64, false);
@@ -30,12 +37,16 @@ impl<'a> Look<'a> {
             let (_, v) = orbit.state(impact.time, true);
             units[1] = units[1].max(v.amax());
         }
-        Ok(Self {
+        let script = Script {
+            period: orbit.period(),
+            instants: Vec::new(),
+        };
+        Self {
             orbit,
             body: body.at_phase(orbit.phase()),
             script,
             units,
-        })
+        }
     }
 
     /// The state that the orbit has, before an impact or behind it.

@@ -7,7 +7,9 @@ mod body;
 mod chain;
 mod condition;
 mod counts;
+mod curves;
 mod draw;
+mod families;
 mod flights;
 mod integrated;
 mod library;
@@ -24,6 +26,7 @@ mod script;
 mod soak;
 mod stepper;
 mod tally;
+mod tori;
 
 use random::{Cases, Random};
 use tally::Tally;
@@ -62,4 +65,25 @@ fn branches_of_pendulums_are_what_the_referee_says() {
     let cases = Cases::new(1, 30);
     let tally = compared("branches of pendulums", cases, integrated::check);
     assert!(cases.have(tally.number("orbits"), 100));
+}
+
+#[test]
+fn tori_turn_as_the_referee_says() {
+    let cases = Cases::new(2, 120);
+    let tally = compared("tori", cases, tori::check);
+    assert!(cases.have(tally.number("tori"), 5));
+}
+
+#[test]
+fn families_are_what_the_referee_says() {
+    let cases = Cases::new(3, 20);
+    let tally = compared("families", cases, families::check);
+    assert!(cases.have(tally.number("families"), 40));
+}
+
+#[test]
+fn curves_have_what_the_referee_says() {
+    let cases = Cases::new(4, 30);
+    let tally = compared("curves", cases, curves::check);
+    assert!(cases.have(tally.number("curves"), 40));
 }
