@@ -7,6 +7,9 @@ use crate::stepper::{motion, moved, step, zero};
 use nalgebra::Complex;
 use vibroimpact::{PeriodicOrbit, SpecialKind};
 
+/// So often the rate of a gap is looked at on a step: a low bounce is over long before it.
+const TURNS: usize = 24;
+
 /// By how much an orbit misses what holds at a special point; or why this referee cannot tell.
 pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f64, &'static str> {
     match kind {
@@ -30,7 +33,8 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
 
 pub fn multipliers(look: &Look<'_>) -> Result<Vec<Complex<f64>>, &'static str> {
     let map = Map::new(look).ok_or("an orbit that never flies")?;
-    map.multipliers().ok_or("an impact too slow for differences")
+    let found = map.multipliers().ok_or("an impact too slow for differences")?;
+    Ok(found.0)
 }
 
 /// The distance of the nearest multiplier from a number, times that of the next one where this is small: as well as both are known
@@ -72,16 +76,20 @@ fn lowest_on(look: &Look<'_>, flight: &Flight, face: usize) -> Vec<f64> {
     // A little more, as what is touched at the end of the period turns there.
     let late = if flight.over.is_none() { 0.01 * (flight.end - flight.start) } else { 0.0 };
     let all = motion(&look.body, flight.held, (flight.start, &x), flight.end + late);
-    let pairs = all.windows(2).filter_map(|pair| {
-        let ((start, x), (end, y)) = (&pair[0], &pair[1]);
-        let turns = look.body.speed(face, x) < 0.0 && look.body.speed(face, y) >= 0.0;
+    let steps = all.windows(2).flat_map(|pair| {
+        let ((start, x), (end, _)) = (&pair[0], &pair[1]);
         let at = |dt: f64| step(&look.body, flight.held, (*start, x), dt);
-        turns.then(|| {
-            let lowest = zero(|dt| look.body.speed(face, &at(dt)), 0.0, end - start);
-            look.body.gap(face, &at(lowest))
-        })
+        let speed = |dt: f64| look.body.speed(face, &at(dt));
+        let times: Vec<f64> = (0..=TURNS)
+            .map(|k| (end - start) * k as f64 / TURNS as f64)
+            .collect();
+        let turns = times
+            .windows(2)
+            .filter(|pair| speed(pair[0]) < 0.0 && speed(pair[1]) >= 0.0);
+        let gap = |pair: &[f64]| look.body.gap(face, &at(zero(speed, pair[0], pair[1])));
+        turns.map(gap).collect::<Vec<f64>>()
     });
-    pairs.collect()
+    steps.collect()
 }
 
 /// The speed of the slowest impact on a stop.

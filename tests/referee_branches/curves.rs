@@ -44,10 +44,11 @@ fn plane(random: &mut Random, body: &Body) -> [(Number, (f64, f64)); 2] {
 
 /// The curves of a case, and what is wrong with them.
 pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
+    let n = random.of(&[1, 1, 2]);
     let body = match random.below(10) {
         0..4 => draw::plant(1, random),
         4..8 => draw::plant(2, random),
-        _ => draw::chain(random),
+        _ => draw::chain(n, random),
     };
     let [first, second] = plane(random, &body);
     let options = ContinuationOptions {
@@ -83,6 +84,10 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
                     continue;
                 }
             };
+            if std::env::var("R18_TIME").is_ok() {
+                println!("{there:?} {numbers:?} {between:?} {:?} {:?} {:?}", curve.x, curve.y, curve.ends);
+                println!("{:?} {:?} {:?} {:?} {:?}", special.kind, special.parameter, special.stop, special.time, special.orbit.impacts());
+            }
             tally.saw("curves", 0.0);
             check_curve(random, &curve, (&there, numbers, special.stop), tally)
                 .map_err(|wrong| format!("{} of {numbers:?}: {wrong}", special.kind.name()))?;

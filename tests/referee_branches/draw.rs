@@ -74,9 +74,8 @@ fn faces(random: &mut Random, lengths: &[f64]) -> Vec<Face> {
     (0..count).map(|k| face(k, random)).collect()
 }
 
-/// A chain of one to three links whose base is shaken near to its slowest swing or above it.
-pub fn chain(random: &mut Random) -> Body {
-    let n = random.of(&[1, 1, 2, 2, 3]);
+/// A chain of so many links whose base is shaken near to its slowest swing or above it.
+pub fn chain(n: usize, random: &mut Random) -> Body {
     let are_equal = random.chance(30);
     let mut some = |low: f64, high: f64| -> Vec<f64> {
         let one = random.between(low, high);

@@ -42,11 +42,10 @@ pub fn misses(look: &Look<'_>) -> Misses {
                 let (after, impulse) = look.body.struck(face, &end);
                 let approach = -look.body.speed(face, &end);
                 let departure = look.body.speed(face, &after);
-                // An impulse of one unit of velocity.
-                let unit = impulse.abs() / approach.abs().max(1e-9 * look.units[1]) * look.units[1];
+                let unit = look.mass(face) * look.units[1];
                 let offs = [
                     look.distance(&after, &behind),
-                    (impulse - own.impulse).abs() / unit.max(f64::MIN_POSITIVE),
+                    (impulse - own.impulse).abs() / unit,
                     (approach - own.approach).abs() / look.units[1],
                     (departure - own.departure).abs() / look.units[1],
                 ];

@@ -65,13 +65,16 @@ impl<'a> Look<'a> {
 
     /// The contact force that stops the motion in the distance that it goes.
     pub fn force(&self, face: usize) -> f64 {
-        let n = self.body.n();
+        self.mass(face) * self.units[1] * self.units[1] / self.units[0]
+    }
+
+    /// The mass that a stop feels along its normal.
+    pub fn mass(&self, face: usize) -> f64 {
         let mut x = self.state(0.0, false);
         let normal = self.normal(face);
-        x[n..].copy_from_slice(normal.as_slice());
+        x[self.body.n()..].copy_from_slice(normal.as_slice());
         let (_, impulse) = self.body.struck(face, &x);
-        let mass = impulse / (1.0 + self.body.faces()[face].restitution) / normal.norm_squared();
-        mass * self.units[1] * self.units[1] / self.units[0]
+        impulse / (1.0 + self.body.faces()[face].restitution) / normal.norm_squared()
     }
 
     fn normal(&self, face: usize) -> DVector<f64> {

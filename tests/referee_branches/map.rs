@@ -93,7 +93,16 @@ impl<'a, 'b> Map<'a, 'b> {
                 break;
             }
         }
-        (now.abs() < 0.1 * self.look.script.period).then_some(now)
+        // The same event: at a speed of the same sign.
+        let is_near = now.abs() < 0.1 * self.look.script.period;
+        let is_same = match own.event {
+            Event::Hit { face, impact } => {
+                let y = step(body, held, (t, x), now);
+                body.speed(face, &y) * self.look.orbit.impacts()[impact].approach < 0.0
+            }
+            Event::Release(_) => true,
+        };
+        (is_near && is_same).then_some(now)
     }
 
     /// Its derivative, in units of the motion; none where differences do not tell it.
@@ -122,16 +131,11 @@ impl<'a, 'b> Map<'a, 'b> {
         }))
     }
 
-    /// The multipliers.
-    pub fn multipliers(&self) -> Option<Vec<Complex<f64>>> {
-        let found = eigenvalues(&self.derivative()?);
-        Some(found.iter().copied().collect())
-    }
-
-    /// How far the map takes the orbit's state from itself.
-    pub fn open(&self) -> Option<f64> {
-        let x = self.look.state(self.section, false);
-        Some(self.look.distance(&self.after(&x)?, &x))
+    /// The multipliers, and how large the derivative is.
+    pub fn multipliers(&self) -> Option<(Vec<Complex<f64>>, f64)> {
+        let derivative = self.derivative()?;
+        let found = eigenvalues(&derivative).iter().copied().collect();
+        Some((found, derivative.norm()))
     }
 }
 

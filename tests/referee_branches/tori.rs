@@ -33,7 +33,7 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
     let body = if random.chance(92) {
         draw::plant(2, random)
     } else {
-        draw::chain(random)
+        draw::chain(2, random)
     };
     let number = random.of(&[Number::Frequency, Number::Forcing]);
     let range = draw::range(number, &body);
