@@ -22,8 +22,8 @@ const MEASURED: f64 = 1e-5;
 const TOUCHED: f64 = 1e-8;
 
 /// Orbits to begin with: of linear systems that hit nothing or once in a period, of both what they come to.
-fn orbits(random: &mut Random, body: &Body) -> Vec<PeriodicOrbit> {
-    let mut found: Vec<PeriodicOrbit> = settled(random, body).into_iter().collect();
+fn orbits(random: &mut Random, body: &Body, tally: &mut Tally) -> Vec<PeriodicOrbit> {
+    let mut found: Vec<PeriodicOrbit> = settled(random, body, tally).into_iter().collect();
     if matches!(body, Body::Plant(_)) {
         let scene = body.scene().expect("valid");
         let pattern = random.of(&[Pattern::none(), Pattern::single(0)]);
@@ -60,7 +60,7 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         max_points: 8,
         ..options.clone()
     };
-    for orbit in orbits(random, &body) {
+    for orbit in orbits(random, &body, tally) {
         let Ok(branch) = followed(&orbit, &body, first, &options) else {
             tally.left_out("refused");
             continue;

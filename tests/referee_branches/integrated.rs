@@ -10,7 +10,6 @@ use crate::look::Look;
 use crate::map::{Map, difference};
 use crate::random::Random;
 use crate::rules::{Verdict, verdict};
-use crate::script::script;
 use crate::tally::Tally;
 use vibroimpact::{Branch, ContinuationOptions, PeriodicOrbit, Special, Virtual};
 
@@ -126,14 +125,9 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         max_points: 60,
         ..Default::default()
     };
-    let Some(orbit) = settled(random, &body) else {
-        tally.left_out("no orbit");
+    let Some(orbit) = settled(random, &body, tally) else {
         return Ok(());
     };
-    if let Err(why) = script(&orbit) {
-        tally.left_out(why);
-        return Ok(());
-    }
     let branch = match followed(&orbit, &body, (number, range), &options) {
         Ok(branch) => branch,
         Err(error) => {

@@ -4,17 +4,40 @@ use crate::body::{Body, Number};
 use crate::chain::Kind;
 use crate::draw::start;
 use crate::random::Random;
+use crate::script::script;
+use crate::tally::Tally;
+use nalgebra::DVector;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    BifurcationCurve, Branch, ContinuationOptions, CurveOf, PeriodicOrbit, SimulateOptions, Special,
+    BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, PeriodicOrbit, SimulateOptions, Special,
     bifurcation_curve, bifurcation_curve_of, continuation, continuation_of, find_orbit, simulate,
 };
 
 /// So many periods of the forcing a motion is given to settle.
 const PERIODS: f64 = 60.0;
 
+/// Orbits of more impacts take long.
+const MOST_IMPACTS: usize = 12;
+/// A motion that comes back so near to itself within so many periods has settled.
+const SETTLED: f64 = 0.02;
+const MOST_PERIODS: usize = 4;
+
+/// The orbit that a body comes to, if it is found and is one that this referee can follow.
+pub fn settled(random: &mut Random, body: &Body, tally: &mut Tally) -> Option<PeriodicOrbit> {
+    let Some(found) = closed(random, body, tally) else {
+        tally.left_out("no orbit");
+        return None;
+    };
+    if found.impacts().len() > MOST_IMPACTS {
+        tally.left_out("many impacts");
+        return None;
+    }
+    script(&found).map_err(|why| tally.left_out(why)).ok()?;
+    Some(found)
+}
+
 /// The orbit that a body comes to, if it is found.
-pub fn settled(random: &mut Random, body: &Body) -> Option<PeriodicOrbit> {
+fn closed(random: &mut Random, body: &Body, tally: &mut Tally) -> Option<PeriodicOrbit> {
     let scene = body.scene().expect("valid");
     let [q, v] = start(random, body);
     let options = SimulateOptions {
@@ -23,6 +46,20 @@ pub fn settled(random: &mut Random, body: &Body) -> Option<PeriodicOrbit> {
     };
     let span = (0.0, PERIODS * scene.period().expect("shaken"));
     let run = simulate(&scene, &q, &v, span, &options).ok()?;
+    let period = scene.period().expect("shaken");
+    let at = |periods: usize| {
+        let t = span.1 - periods as f64 * period;
+        run.state(t, ImpactSide::After).ok()
+    };
+    let (q, v) = at(0)?;
+    let is_back = |periods: usize| {
+        let far = |(p, u): (DVector<f64>, DVector<f64>)| (p - &q).norm() / (1e-3 + q.norm()) + (u - &v).norm() / (1e-3 + v.norm());
+        at(periods).is_some_and(|own| far(own) < SETTLED)
+    };
+    if !(1..=MOST_PERIODS).any(is_back) {
+        tally.left_out("a motion that does not settle");
+        return None;
+    }
     find_orbit(&scene, &run, None).ok()
 }
 

@@ -17,14 +17,14 @@ use vibroimpact::{
 const ON_CIRCLE: f64 = 1e-6;
 
 /// Orbits of a body: of a linear system all of one impact in a period, of a chain the one that it comes to.
-fn orbits(random: &mut Random, body: &Body) -> Vec<PeriodicOrbit> {
+fn orbits(random: &mut Random, body: &Body, tally: &mut Tally) -> Vec<PeriodicOrbit> {
     match body {
         Body::Plant(_) => {
             let scene = body.scene().expect("valid");
             let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
             found.map_or_else(|_| Vec::new(), |found| found.into_iter().take(1).collect())
         }
-        Body::Chain(_) => settled(random, body).into_iter().collect(),
+        Body::Chain(_) => settled(random, body, tally).into_iter().collect(),
     }
 }
 
@@ -42,7 +42,7 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         max_points: 150,
         ..Default::default()
     };
-    for orbit in orbits(random, &body) {
+    for orbit in orbits(random, &body, tally) {
         let Ok(branch) = followed(&orbit, &body, (number, range), &options) else {
             tally.left_out("refused");
             continue;
