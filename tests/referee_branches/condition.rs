@@ -2,21 +2,20 @@
 
 use crate::look::Look;
 use crate::map::Map;
-use crate::script::{Event, Flight};
+use crate::rules::turns;
+use crate::script::Event;
 use crate::stepper::{motion, moved, step, zero};
-use nalgebra::Complex;
+use crate::roots::eigenvalues;
+use nalgebra::{Complex, DMatrix};
 use vibroimpact::{PeriodicOrbit, SpecialKind};
-
-/// So often the rate of a gap is looked at on a step: a low bounce is over long before it.
-const TURNS: usize = 24;
 
 /// By how much an orbit misses what holds at a special point; or why this referee cannot tell.
 pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f64, &'static str> {
     match kind {
         SpecialKind::Fold | SpecialKind::Pitchfork | SpecialKind::BranchPoint => {
-            from_real(&multipliers(look)?, 1.0)
+            Ok(from_real(&derivative(look)?, 1.0))
         }
-        SpecialKind::PeriodDoubling => from_real(&multipliers(look)?, -1.0),
+        SpecialKind::PeriodDoubling => Ok(from_real(&derivative(look)?, -1.0)),
         SpecialKind::Torus => Ok(from_circle(&multipliers(look)?)),
         SpecialKind::Graze => touch(look, stop.ok_or("a graze of no stop")?),
         SpecialKind::LostImpact => {
@@ -31,20 +30,23 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
     }
 }
 
-pub fn multipliers(look: &Look<'_>) -> Result<Vec<Complex<f64>>, &'static str> {
+/// The derivative of the map of a period.
+fn derivative(look: &Look<'_>) -> Result<DMatrix<f64>, &'static str> {
     let map = Map::new(look).ok_or("an orbit that never flies")?;
-    let found = map.multipliers().ok_or("an impact too slow for differences")?;
-    Ok(found.0)
+    map.derivative().ok_or("an impact too slow for differences")
 }
 
-/// The distance of the nearest multiplier from a number, times that of the next one where this is small: as well as both are known
-/// where they meet; in parts of the largest.
-fn from_real(all: &[Complex<f64>], at: f64) -> Result<f64, &'static str> {
-    let largest = all.iter().map(|mu| mu.norm()).fold(1.0, f64::max);
-    let mut off: Vec<f64> = all.iter().map(|mu| (mu - at).norm()).collect();
-    off.sort_by(f64::total_cmp);
-    let nearest = off.first().ok_or("no multipliers")?;
-    Ok(nearest * off.get(1).map_or(1.0, |next| next.min(1.0)) / largest)
+/// The multipliers of the referee's map.
+pub fn multipliers(look: &Look<'_>) -> Result<Vec<Complex<f64>>, &'static str> {
+    Ok(eigenvalues(&derivative(look)?).iter().copied().collect())
+}
+
+/// The part of a derivative by which it is off from one with a real multiplier: what it is known to in itself, however its multipliers
+/// lie.
+fn from_real(derivative: &DMatrix<f64>, multiplier: f64) -> f64 {
+    let n = derivative.nrows();
+    let off = derivative - DMatrix::identity(n, n) * multiplier;
+    off.singular_values().min() / derivative.norm().max(1.0)
 }
 
 /// How far the pair of conjugate multipliers, or of two on one side of the real axis, is from a product of one, in parts of the largest.
@@ -65,31 +67,11 @@ fn touch(look: &Look<'_>, face: usize) -> Result<f64, &'static str> {
 }
 
 /// The gaps of a stop where it turns from closing to opening.
-pub fn lowest(look: &Look<'_>, face: usize) -> Vec<f64> {
+fn lowest(look: &Look<'_>, face: usize) -> Vec<f64> {
     let flights = look.script.flights();
     let flights = flights.iter().filter(|own| own.held != Some(face));
-    flights.flat_map(|own| lowest_on(look, own, face)).collect()
-}
-
-fn lowest_on(look: &Look<'_>, flight: &Flight, face: usize) -> Vec<f64> {
-    let x = look.state(flight.start, false);
-    // A little more, as what is touched at the end of the period turns there.
-    let late = if flight.over.is_none() { 0.01 * (flight.end - flight.start) } else { 0.0 };
-    let all = motion(&look.body, flight.held, (flight.start, &x), flight.end + late);
-    let steps = all.windows(2).flat_map(|pair| {
-        let ((start, x), (end, _)) = (&pair[0], &pair[1]);
-        let at = |dt: f64| step(&look.body, flight.held, (*start, x), dt);
-        let speed = |dt: f64| look.body.speed(face, &at(dt));
-        let times: Vec<f64> = (0..=TURNS)
-            .map(|k| (end - start) * k as f64 / TURNS as f64)
-            .collect();
-        let turns = times
-            .windows(2)
-            .filter(|pair| speed(pair[0]) < 0.0 && speed(pair[1]) >= 0.0);
-        let gap = |pair: &[f64]| look.body.gap(face, &at(zero(speed, pair[0], pair[1])));
-        turns.map(gap).collect::<Vec<f64>>()
-    });
-    steps.collect()
+    let all = flights.flat_map(|own| turns(look, own, face));
+    all.map(|(_, gap)| gap).collect()
 }
 
 /// The speed of the slowest impact on a stop.

@@ -16,8 +16,8 @@ use vibroimpact::{
 
 /// A motion closes to 1e-11, and so do its flights but for what they make of their start.
 const CLOSED: f64 = 1e-9;
-/// Multipliers from differences of fourth order.
-const MEASURED: f64 = 1e-5;
+/// Differences of fourth order, in parts of their largest entry.
+const MEASURED: f64 = 1e-6;
 /// A gap or a speed, of a motion that closes.
 const TOUCHED: f64 = 1e-8;
 
@@ -148,7 +148,10 @@ fn check_point(
     }
     match (verdict(&look), curve.is_virtual[k]) {
         (Verdict::Broken(by), false) => Err(format!("a rule is broken by {by:e}, unsaid")),
-        (Verdict::Kept, true) => Err("a rule is said to be broken, and none is".to_owned()),
+        (Verdict::Kept, true) => {
+            let why = orbit.violation();
+            Err(format!("a rule is said to be broken, and none is: {why:?}"))
+        }
         (Verdict::Unclear, _) => Ok(()),
         _ => {
             tally.saw("verdicts", 0.0);

@@ -18,7 +18,7 @@ const CLOSED: f64 = 1e-9;
 /// Differences of fourth order, in parts of their largest entry.
 const MEASURED: f64 = 1e-6;
 /// So well a special point is known by what changes its sign there.
-const SPECIAL: f64 = 2e-5;
+const SPECIAL: f64 = 2e-6;
 
 /// The points of a branch that are looked at.
 fn places(random: &mut Random, branch: &Branch) -> Vec<usize> {
