@@ -31,7 +31,7 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
 }
 
 /// The derivative of the map of a period.
-fn derivative(look: &Look<'_>) -> Result<DMatrix<f64>, &'static str> {
+pub fn derivative(look: &Look<'_>) -> Result<DMatrix<f64>, &'static str> {
     let map = Map::new(look).ok_or("an orbit that never flies")?;
     map.derivative().ok_or("an impact too slow for differences")
 }

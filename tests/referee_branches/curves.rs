@@ -61,9 +61,13 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         ..options.clone()
     };
     for orbit in orbits(random, &body, tally) {
-        let Ok(branch) = followed(&orbit, &body, first, &options) else {
-            tally.left_out("refused");
-            continue;
+        let branch = match followed(&orbit, &body, first, &options) {
+            Ok(branch) => branch,
+            Err(error) => {
+                tally.left_out("refused");
+                tally.note(format!("refused: {error}"));
+                continue;
+            }
         };
         for special in branch.special.iter().take(2) {
             let there = body.with(first.0, special.parameter);
@@ -143,6 +147,11 @@ fn check_point(
         Ok(off) => {
             tally.saw(kind.name(), off);
             let is_touch = matches!(kind, SpecialKind::Graze | SpecialKind::LostImpact);
+            if std::env::var("R18_TIME").is_ok() && off > 1e-6 {
+                println!("MINE {:?} {}", condition::multipliers(&look), condition::derivative(&look).unwrap());
+                println!("THEIRS {:?}", orbit.stability());
+                println!("{:?} {:?} {:?}", orbit.impacts(), orbit.is_admissible(), orbit.violation());
+            }
             within(off, if is_touch { TOUCHED } else { MEASURED })?;
         }
     }

@@ -140,7 +140,7 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         println!("{body:?} {number:?} {range:?} {options:?}");
         println!("{:?} {:?}", branch.parameter, branch.ends);
         for own in &branch.special { println!("{:?} {} {:?} {:?} err {:e} {:?} {:?} {:?}", own.kind, own.parameter, own.stop, own.time, own.error, own.orbit.segments(), own.orbit.violation(), own.orbit.is_admissible()); }
-        println!("{:?} {:?}", orbit.impacts(), orbit.segments());
+        println!("ORBIT {:?} {:?} {:?}", orbit.q0(), orbit.v0(), orbit.phase());
     }
     check_branch(random, &branch, (&body, number), tally)
 }

@@ -10,9 +10,10 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// The step of differences, in the units of the motion.
 const STEP: f64 = 2e-4;
 /// So often a step is a quarter of the one before, at the most.
-const SMALLER: i32 = 6;
-/// Differences over a step and over twice that differ by no more than this: what is left of their errors is the square of it.
-const STRAIGHT: f64 = 1e-3;
+const SMALLER: i32 = 7;
+/// Differences over a step and over twice that differ by no more than this, in parts of the largest: what is left of their errors is of
+/// the order of its square, or more beside an event that is nearly none.
+const STRAIGHT: f64 = 1e-4;
 
 /// The map about an orbit.
 pub struct Map<'a, 'b> {
