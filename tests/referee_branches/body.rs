@@ -65,12 +65,7 @@ impl Body {
         }
     }
 
-    pub fn acceleration(
-        &self,
-        t: f64,
-        x: &[f64],
-        held: Option<usize>,
-    ) -> (DVector<f64>, f64) {
+    pub fn acceleration(&self, t: f64, x: &[f64], held: Option<usize>) -> (DVector<f64>, f64) {
         let (q, v) = x.split_at(self.n());
         match self {
             Self::Chain(chain) => chain.acceleration(t, q, v, held),
@@ -100,11 +95,7 @@ impl Body {
         let (q, v) = x.split_at(self.n());
         match self {
             Self::Chain(chain) => chain.opening(face, t, q, v),
-            Self::Plant(plant) => {
-                -plant
-                    .normal(face)
-                    .dot(&plant.acceleration(t, q, v, None).0)
-            }
+            Self::Plant(plant) => -plant.normal(face).dot(&plant.acceleration(t, q, v, None).0),
         }
     }
 

@@ -2,10 +2,10 @@
 
 use crate::look::Look;
 use crate::map::Map;
+use crate::roots::eigenvalues;
 use crate::rules::turns;
 use crate::script::Event;
 use crate::stepper::{motion, moved, step, zero};
-use crate::roots::eigenvalues;
 use nalgebra::{Complex, DMatrix};
 use vibroimpact::{PeriodicOrbit, SpecialKind};
 
@@ -24,14 +24,14 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
         }
         SpecialKind::Rise => Ok(weakest(look)),
         SpecialKind::LandingBorder => Ok(flattest(look)),
-        SpecialKind::Corner | SpecialKind::ChatterBorder | SpecialKind::ReleaseBorder => {
-            Err("a corner, or a border of a duration")
-        }
+        SpecialKind::ReleaseBorder => Ok(shortest(look)),
+        SpecialKind::Corner => Err("a corner, whose impacts are one"),
+        SpecialKind::ChatterBorder => Err("a chatter border"),
     }
 }
 
 /// The derivative of the map of a period.
-pub fn derivative(look: &Look<'_>) -> Result<DMatrix<f64>, &'static str> {
+fn derivative(look: &Look<'_>) -> Result<DMatrix<f64>, &'static str> {
     let map = Map::new(look).ok_or("an orbit that never flies")?;
     map.derivative().ok_or("an impact too slow for differences")
 }
@@ -90,7 +90,11 @@ fn slowest(look: &Look<'_>, stop: usize) -> Option<f64> {
 
 /// The contact force that is nearest to zero where it turns from falling to rising, in parts of the largest.
 fn weakest(look: &Look<'_>) -> f64 {
-    let stays = look.script.flights().into_iter().filter(|own| own.held.is_some());
+    let stays = look
+        .script
+        .flights()
+        .into_iter()
+        .filter(|own| own.held.is_some());
     let least = stays.map(|stay| {
         let force = |t: f64, x: &[f64]| look.body.acceleration(t, x, stay.held).1;
         let x = look.state(stay.start, false);
@@ -131,6 +135,13 @@ fn flattest(look: &Look<'_>) -> f64 {
     openings.fold(f64::INFINITY, f64::min)
 }
 
+/// The shortest flight, in parts of the period.
+fn shortest(look: &Look<'_>) -> f64 {
+    let flights = look.script.flights().into_iter();
+    let spans = flights.map(|flight| flight.end - flight.start);
+    spans.fold(f64::INFINITY, f64::min) / look.script.period
+}
+
 /// By how much two stops that are hit at one instant are not there at the end of the flight before it, in parts of their reach.
 pub fn apart(orbit: &PeriodicOrbit, look: &Look<'_>) -> Option<f64> {
     let impacts = orbit.impacts();
@@ -141,11 +152,19 @@ pub fn apart(orbit: &PeriodicOrbit, look: &Look<'_>) -> Option<f64> {
     };
     let near = |k: &usize| late(*k).min(period - late(*k)) < 1e-9 * period;
     let first = (0..impacts.len()).find(near)?;
-    let faces = [impacts[first].stop, impacts[(first + 1) % impacts.len()].stop];
+    let faces = [
+        impacts[first].stop,
+        impacts[(first + 1) % impacts.len()].stop,
+    ];
     let before = impacts[(first + impacts.len() - 1) % impacts.len()].time;
     let span = (impacts[first].time - before).rem_euclid(period);
     let span = if span < 1e-9 * period { period } else { span };
-    let end = moved(&look.body, None, (before, &look.state(before, false)), before + span);
+    let end = moved(
+        &look.body,
+        None,
+        (before, &look.state(before, false)),
+        before + span,
+    );
     let gaps = faces.map(|face| look.body.gap(face, &end).abs() / look.reach(face));
     Some(gaps[0].max(gaps[1]))
 }

@@ -83,12 +83,19 @@ fn lost(one: &PeriodicOrbit, other: &PeriodicOrbit) -> usize {
 /// Where the number turns back and there is no fold, or one where it does not.
 fn turns(branch: &Branch) -> Option<String> {
     let (p, s) = (&branch.parameter, &branch.arclength);
-    let span = p.iter().fold(f64::MIN_POSITIVE, |m, a| m.max((a - p[0]).abs()));
+    let span = p
+        .iter()
+        .fold(f64::MIN_POSITIVE, |m, a| m.max((a - p[0]).abs()));
     let way = |k: usize| p[k + 1] - p[k];
-    let folds = branch.special.iter().filter(|own| own.kind == SpecialKind::Fold);
+    let folds = branch
+        .special
+        .iter()
+        .filter(|own| own.kind == SpecialKind::Fold);
     let folds: Vec<f64> = folds.map(|own| own.arclength).collect();
     (1..p.len().saturating_sub(1)).find_map(|k| {
-        let near = folds.iter().filter(|own| (s[k - 1]..=s[k + 1]).contains(own));
+        let near = folds
+            .iter()
+            .filter(|own| (s[k - 1]..=s[k + 1]).contains(own));
         let turned = way(k - 1) * way(k) < 0.0;
         let is_clear = way(k - 1).abs().min(way(k).abs()) > 1e-9 * span;
         (turned && is_clear && near.count() == 0)

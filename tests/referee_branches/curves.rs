@@ -88,10 +88,6 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
                     continue;
                 }
             };
-            if std::env::var("R18_TIME").is_ok() {
-                println!("{there:?} {numbers:?} {between:?} {:?} {:?} {:?}", curve.x, curve.y, curve.ends);
-                println!("{:?} {:?} {:?} {:?} {:?}", special.kind, special.parameter, special.stop, special.time, special.orbit.impacts());
-            }
             tally.saw("curves", 0.0);
             check_curve(random, &curve, (&there, numbers, special.stop), tally)
                 .map_err(|wrong| format!("{} of {numbers:?}: {wrong}", special.kind.name()))?;
@@ -147,11 +143,6 @@ fn check_point(
         Ok(off) => {
             tally.saw(kind.name(), off);
             let is_touch = matches!(kind, SpecialKind::Graze | SpecialKind::LostImpact);
-            if std::env::var("R18_TIME").is_ok() && off > 1e-6 {
-                println!("MINE {:?} {}", condition::multipliers(&look), condition::derivative(&look).unwrap());
-                println!("THEIRS {:?}", orbit.stability());
-                println!("{:?} {:?} {:?}", orbit.impacts(), orbit.is_admissible(), orbit.violation());
-            }
             within(off, if is_touch { TOUCHED } else { MEASURED })?;
         }
     }

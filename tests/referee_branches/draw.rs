@@ -79,7 +79,13 @@ pub fn chain(n: usize, random: &mut Random) -> Body {
     let are_equal = random.chance(30);
     let mut some = |low: f64, high: f64| -> Vec<f64> {
         let one = random.between(low, high);
-        let each = |_| if are_equal { one } else { random.between(low, high) };
+        let each = |_| {
+            if are_equal {
+                one
+            } else {
+                random.between(low, high)
+            }
+        };
         (0..n).map(each).collect()
     };
     let (masses, lengths) = (some(0.3, 2.0), some(0.4, 1.2));
@@ -120,7 +126,13 @@ pub fn plant(n: usize, random: &mut Random) -> Body {
     let mass = if random.chance(30) {
         DMatrix::identity(n, n)
     } else {
-        DMatrix::from_fn(n, n, |i, j| if i == j { random.between(0.5, 2.0) } else { 0.0 })
+        DMatrix::from_fn(n, n, |i, j| {
+            if i == j {
+                random.between(0.5, 2.0)
+            } else {
+                0.0
+            }
+        })
     };
     let damping = &stiffness * random.between(0.005, 0.1);
     let mut force = random.vector(n);

@@ -69,9 +69,8 @@ fn conservative(random: &mut Random) -> Body {
             faces: faces(random, 1.0),
         });
     }
-    let mut some = |low: f64, high: f64| -> Vec<f64> {
-        (0..n).map(|_| random.between(low, high)).collect()
-    };
+    let mut some =
+        |low: f64, high: f64| -> Vec<f64> { (0..n).map(|_| random.between(low, high)).collect() };
     let (masses, lengths) = (some(0.3, 2.0), some(0.4, 1.2));
     let mut faces = faces(random, 1.0);
     if random.chance(60)
@@ -196,7 +195,9 @@ fn check_action(branch: &Branch, k: usize, body: &Body, tally: &mut Tally) -> Re
         let (from, to) = (branch.arclength[k], branch.arclength[k + 1]);
         let parts = NODES.map(|(at, weight)| {
             let s = from + 0.5 * (1.0 + at) * (to - from);
-            weight * through(&periods[range.clone()], s)[0] * through(&energies[range.clone()], s)[1]
+            weight
+                * through(&periods[range.clone()], s)[0]
+                * through(&energies[range.clone()], s)[1]
         });
         0.5 * (to - from) * parts.iter().sum::<f64>()
     };
@@ -307,9 +308,17 @@ fn check_fed(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
     let branch = followed(&first, &body, (number, range), &options);
     let branch = branch.map_err(|error| error.to_string())?;
     tally.saw("cycles", 0.0);
-    for k in [0, random.below(branch.orbits.len()), branch.orbits.len() - 1] {
-        check_orbit(&branch.orbits[k], &body.with(number, branch.parameter[k]), tally)
-            .map_err(|wrong| format!("{number:?} = {}: {wrong}", branch.parameter[k]))?;
+    for k in [
+        0,
+        random.below(branch.orbits.len()),
+        branch.orbits.len() - 1,
+    ] {
+        check_orbit(
+            &branch.orbits[k],
+            &body.with(number, branch.parameter[k]),
+            tally,
+        )
+        .map_err(|wrong| format!("{number:?} = {}: {wrong}", branch.parameter[k]))?;
     }
     Ok(())
 }

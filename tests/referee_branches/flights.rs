@@ -38,7 +38,9 @@ pub fn misses(look: &Look<'_>) -> Misses {
         match over.event {
             Event::Hit { face, impact } => {
                 let own = &look.orbit.impacts()[impact];
-                all.event = all.event.max(look.body.gap(face, &end).abs() / look.reach(face));
+                all.event = all
+                    .event
+                    .max(look.body.gap(face, &end).abs() / look.reach(face));
                 let (after, impulse) = look.body.struck(face, &end);
                 let approach = -look.body.speed(face, &end);
                 let departure = look.body.speed(face, &after);

@@ -11,7 +11,7 @@ use crate::map::{Map, difference};
 use crate::random::Random;
 use crate::rules::{Verdict, verdict};
 use crate::tally::Tally;
-use vibroimpact::{Branch, ContinuationOptions, PeriodicOrbit, Special, Virtual};
+use vibroimpact::{Branch, ContinuationOptions, PeriodicOrbit, Special, SpecialKind, Virtual};
 
 /// A motion closes to 1e-11 of its size, and so do its flights but for what they make of their start.
 const CLOSED: f64 = 1e-9;
@@ -41,9 +41,8 @@ pub fn check_orbit(orbit: &PeriodicOrbit, body: &Body, tally: &mut Tally) -> Res
     let off = misses(&look);
     tally.saw("orbits", off.worst());
     let map = Map::new(&look);
-    let allowed = CLOSED;
-    if off.worst() > allowed {
-        return Err(format!("{off:?}, allowed {allowed:e}"));
+    if off.worst() > CLOSED {
+        return Err(format!("{off:?}, allowed {CLOSED:e}"));
     }
     check_rules(&look, tally)?;
     let Some(map) = map else {
@@ -94,7 +93,15 @@ fn check_multipliers(look: &Look<'_>, map: &Map<'_, '_>, tally: &mut Tally) -> R
 }
 
 /// A special point against the referee's own motion.
-pub fn check_special(special: &Special, body: &Body, tally: &mut Tally) -> Result<(), String> {
+fn check_special(special: &Special, body: &Body, tally: &mut Tally) -> Result<(), String> {
+    if special.kind == SpecialKind::Corner {
+        let orbit = &special.orbit;
+        let off = condition::apart(orbit, &Look::alone(orbit, body));
+        let off = off.ok_or("a corner of impacts that are apart")?;
+        tally.saw("corner", off);
+        let wrong = format!("a corner at {} is off by {off:e}", special.parameter);
+        return if off > SPECIAL { Err(wrong) } else { Ok(()) };
+    }
     let look = match Look::new(&special.orbit, body) {
         Ok(look) => look,
         Err(why) => {
@@ -136,10 +143,12 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
             return Ok(());
         }
     };
-    if std::env::var("R18_TIME").is_ok() {
+    if std::env::var("R18").is_ok() {
         println!("{body:?} {number:?} {range:?} {options:?}");
         println!("{:?} {:?}", branch.parameter, branch.ends);
-        for own in &branch.special { println!("{:?} {} {:?} {:?} err {:e} {:?} {:?} {:?}", own.kind, own.parameter, own.stop, own.time, own.error, own.orbit.segments(), own.orbit.violation(), own.orbit.is_admissible()); }
+        for own in &branch.special {
+            println!("{:?} {} {:?} {:?} {:?} {:?} {:?}", own.kind, own.parameter, own.stop, own.time, own.orbit.impacts(), own.orbit.period(), own.orbit.violation());
+        }
         println!("ORBIT {:?} {:?} {:?}", orbit.q0(), orbit.v0(), orbit.phase());
     }
     check_branch(random, &branch, (&body, number), tally)

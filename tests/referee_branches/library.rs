@@ -9,8 +9,9 @@ use crate::tally::Tally;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, PeriodicOrbit, SimulateOptions, Special,
-    bifurcation_curve, bifurcation_curve_of, continuation, continuation_of, find_orbit, simulate,
+    BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, PeriodicOrbit,
+    SimulateOptions, Special, bifurcation_curve, bifurcation_curve_of, continuation,
+    continuation_of, find_orbit, simulate,
 };
 
 /// So many periods of the forcing a motion is given to settle.
@@ -49,7 +50,9 @@ fn closed(random: &mut Random, body: &Body, tally: &mut Tally) -> Option<Periodi
     };
     let (q, v) = at(0)?;
     let is_back = |periods: usize| {
-        let far = |(p, u): (DVector<f64>, DVector<f64>)| (p - &q).norm() / (1e-3 + q.norm()) + (u - &v).norm() / (1e-3 + v.norm());
+        let far = |(p, u): (DVector<f64>, DVector<f64>)| {
+            (p - &q).norm() / (1e-3 + q.norm()) + (u - &v).norm() / (1e-3 + v.norm())
+        };
         at(periods).is_some_and(|own| far(own) < SETTLED)
     };
     let Some(periods) = (1..=MOST_PERIODS).find(|periods| is_back(*periods)) else {

@@ -40,13 +40,9 @@ fn compared(
     let mut tally = Tally::default();
     let mut failed = Vec::new();
     for (number, mut random) in cases.each() {
-        let start = std::time::Instant::now();
         if let Err(wrong) = check(&mut random, &mut tally) {
             println!("{name} {number} of seed {}: {wrong}", cases.seed);
             failed.push(number);
-        }
-        if std::env::var("R18_TIME").is_ok() {
-            println!("{name} {number}: {:.2} s", start.elapsed().as_secs_f64());
         }
     }
     if !cases.is_one() {

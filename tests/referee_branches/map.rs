@@ -60,7 +60,12 @@ impl<'a, 'b> Map<'a, 'b> {
             }
             held = own.held;
         }
-        Some(moved(body, None, (time, &x), self.section + self.look.script.period))
+        Some(moved(
+            body,
+            None,
+            (time, &x),
+            self.section + self.look.script.period,
+        ))
     }
 
     /// How much later than in a state an event is, by secants.

@@ -69,7 +69,12 @@ fn samples(look: &Look<'_>, flight: &Flight) -> Vec<Vec<(f64, Vec<f64>)>> {
     } else {
         0.0
     };
-    let all = motion(&look.body, flight.held, (flight.start, &x), flight.end + late);
+    let all = motion(
+        &look.body,
+        flight.held,
+        (flight.start, &x),
+        flight.end + late,
+    );
     let steps = all.windows(2).map(|pair| {
         let ((start, x), (end, _)) = (&pair[0], &pair[1]);
         let at = |k: usize| {

@@ -6,7 +6,10 @@ use vibroimpact::{PeriodicOrbit, SegmentKind};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// A stop is hit, of so many impacts.
-    Hit { face: usize, impact: usize },
+    Hit {
+        face: usize,
+        impact: usize,
+    },
     Release(usize),
 }
 
@@ -50,9 +53,10 @@ pub fn script(orbit: &PeriodicOrbit) -> Result<Script, &'static str> {
             }
             continue;
         };
-        let landing = instants
-            .iter_mut()
-            .find(|at| matches!(at.event, Event::Hit { face, .. } if face == stop) && is_one(at.time, own.start));
+        let landing = instants.iter_mut().find(|at| {
+            matches!(at.event, Event::Hit { face, .. } if face == stop)
+                && is_one(at.time, own.start)
+        });
         landing.ok_or("a stay without a landing")?.held = Some(stop);
         instants.push(Instant {
             time: own.end,

@@ -58,7 +58,11 @@ pub fn motion(
         // As many steps as the rest takes at this rate.
         let left = (1.0 - done) * span;
         let count = (left.abs() * body.rate(x) / STEP).ceil().max(1.0);
-        let next = if count == 1.0 { 1.0 } else { done + (1.0 - done) / count };
+        let next = if count == 1.0 {
+            1.0
+        } else {
+            done + (1.0 - done) / count
+        };
         let dt = t + next * span - now;
         let ahead = (t + next * span, step(body, held, (*now, x), dt));
         all.push(ahead);

@@ -48,7 +48,10 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
             continue;
         };
         tally.saw("branches", 0.0);
-        let tori = branch.special.iter().filter(|own| own.kind == SpecialKind::Torus);
+        let tori = branch
+            .special
+            .iter()
+            .filter(|own| own.kind == SpecialKind::Torus);
         for torus in tori.take(3) {
             check_torus(torus, &body.with(number, torus.parameter), tally)
                 .map_err(|wrong| format!("{number:?} = {}: {wrong}", torus.parameter))?;
@@ -77,7 +80,9 @@ fn check_torus(torus: &Special, body: &Body, tally: &mut Tally) -> Result<(), St
     tally.saw("tori", off(&pair));
     tally.saw("rotation numbers", (turned - rotation).abs());
     if off(&pair) > ON_CIRCLE * largest || (turned - rotation).abs() > known {
-        return Err(format!("{all:?}, rotation {rotation}, by the referee {turned}"));
+        return Err(format!(
+            "{all:?}, rotation {rotation}, by the referee {turned}"
+        ));
     }
     Ok(())
 }
