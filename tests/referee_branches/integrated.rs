@@ -143,14 +143,6 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
             return Ok(());
         }
     };
-    if std::env::var("R18").is_ok() {
-        println!("{body:?} {number:?} {range:?} {options:?}");
-        println!("{:?} {:?}", branch.parameter, branch.ends);
-        for own in &branch.special {
-            println!("{:?} {} {:?} {:?} {:?} {:?} {:?}", own.kind, own.parameter, own.stop, own.time, own.orbit.impacts(), own.orbit.period(), own.orbit.violation());
-        }
-        println!("ORBIT {:?} {:?} {:?}", orbit.q0(), orbit.v0(), orbit.phase());
-    }
     check_branch(random, &branch, (&body, number), tally)
 }
 

@@ -9,6 +9,8 @@ const SAMPLES: usize = 16;
 
 /// Where samples are what they are, beyond all that is rounding or a touch.
 const CLEAR: f64 = 1e-6;
+/// The same of a gap where it turns: a hundred times the margin that the library says it has along flights that are integrated.
+const DEEP: f64 = 1e-8;
 
 /// Gaps of so small a size are what the motion is known to.
 const BESIDE: f64 = 1e-4;
@@ -55,7 +57,8 @@ fn least_gap(look: &Look<'_>, flight: &Flight) -> f64 {
         }
         let turns = turns(look, flight, face).into_iter();
         let gaps = turns.filter(|(time, _)| inside(*time));
-        least = gaps.map(|(_, gap)| gap / reach).fold(least, f64::min);
+        let parts = gaps.map(|(_, gap)| gap / reach * (CLEAR / DEEP));
+        least = parts.fold(least, f64::min);
     }
     least
 }
