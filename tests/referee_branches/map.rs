@@ -9,6 +9,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// The step of differences, in the units of the motion.
 const STEP: f64 = 2e-4;
+/// An event moves by no more than this part of the period.
+const NEAR: f64 = 0.1;
 /// So often a step is a quarter of the one before, at the most.
 const SMALLER: i32 = 7;
 /// Differences over a step and over twice that differ by no more than this, in parts of the largest: what is left of their errors is of
@@ -85,9 +87,13 @@ impl<'a, 'b> Map<'a, 'b> {
                 (zero(h) - zero(-h)) / (2.0 * h)
             }
         };
+        let is_near = |dt: f64| dt.abs() < NEAR * self.look.script.period;
         let (mut before, mut now) = (0.0, -zero(0.0) / slope);
         let mut old = zero(0.0);
         for _ in 0..20 {
+            if !is_near(now) {
+                return None;
+            }
             let value = zero(now);
             if value == old || now == before {
                 break;
@@ -100,7 +106,6 @@ impl<'a, 'b> Map<'a, 'b> {
             }
         }
         // The same event: at a speed of the same sign.
-        let is_near = now.abs() < 0.1 * self.look.script.period;
         let is_same = match own.event {
             Event::Hit { face, impact } => {
                 let y = step(body, held, (t, x), now);
@@ -108,7 +113,7 @@ impl<'a, 'b> Map<'a, 'b> {
             }
             Event::Release(_) => true,
         };
-        (is_near && is_same).then_some(now)
+        (is_near(now) && is_same).then_some(now)
     }
 
     /// Its derivative, in units of the motion; none where differences do not tell it.
