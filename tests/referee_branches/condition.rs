@@ -17,7 +17,7 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
         }
         SpecialKind::PeriodDoubling => Ok(from_real(&derivative(look)?, -1.0)),
         SpecialKind::Torus => Ok(from_circle(&multipliers(look)?)),
-        SpecialKind::Graze => touch(look, stop.ok_or("a graze of no stop")?),
+        SpecialKind::Graze => Ok(touch(look, stop.ok_or("a graze of no stop")?)),
         SpecialKind::LostImpact => {
             let stop = stop.ok_or("a lost impact on no stop")?;
             slowest(look, stop).ok_or("a lost impact on a stop that is not hit")
@@ -60,10 +60,9 @@ pub fn from_circle(all: &[Complex<f64>]) -> f64 {
 }
 
 /// The gap of a stop that is nearest to zero where it turns from closing to opening, in parts of its reach.
-fn touch(look: &Look<'_>, face: usize) -> Result<f64, &'static str> {
+fn touch(look: &Look<'_>, face: usize) -> f64 {
     let least = lowest(look, face).into_iter().map(f64::abs);
-    let least = least.fold(f64::INFINITY, f64::min) / look.reach(face);
-    Ok(least)
+    least.fold(f64::INFINITY, f64::min) / look.reach(face)
 }
 
 /// The gaps of a stop where it turns from closing to opening.

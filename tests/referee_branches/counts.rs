@@ -5,10 +5,14 @@ use vibroimpact::{Branch, PeriodicOrbit, SpecialKind};
 
 /// A real multiplier is on one side of a number for sure if it is so far from it.
 const MARGIN: f64 = 1e-7;
+/// The roundings of the largest multiplier, beside a graze far larger than all others, that these are known to.
+const ROUNDED: f64 = 1e-14;
 
 /// How many multipliers are outside the unit circle, real and above 1, real and below -1; none where one of them is next to it.
 fn outside(all: &[Complex<f64>]) -> Option<[usize; 3]> {
-    if all.iter().any(|mu| (mu.norm() - 1.0).abs() < MARGIN) {
+    let largest = all.iter().map(|mu| mu.norm()).fold(0.0, f64::max);
+    let margin = MARGIN.max(ROUNDED * largest);
+    if all.iter().any(|mu| (mu.norm() - 1.0).abs() < margin) {
         return None;
     }
     let count = |is: &dyn Fn(&Complex<f64>) -> bool| all.iter().filter(|mu| is(mu)).count();
