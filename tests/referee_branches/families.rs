@@ -182,7 +182,7 @@ fn through(points: &[[f64; 2]], x: f64) -> [f64; 2] {
 fn check_action(branch: &Branch, k: usize, body: &Body, tally: &mut Tally) -> Result<(), String> {
     let along = |value: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
         let point = |k: usize| [branch.arclength[k], value(k)];
-        (k - 1..k + 3).map(point).collect()
+        (k - 2..k + 4).map(point).collect()
     };
     let energies = along(&|k| branch.parameter[k]);
     let periods = along(&|k| branch.orbits[k].period());
@@ -201,9 +201,9 @@ fn check_action(branch: &Branch, k: usize, body: &Body, tally: &mut Tally) -> Re
         });
         0.5 * (to - from) * parts.iter().sum::<f64>()
     };
-    let (expected, rough) = (over(0..4), over(0..3));
+    let (expected, rough) = (over(0..6), over(1..5));
     let off = (after - before - expected).abs();
-    // The next power brings less than the last one.
+    // The next two powers bring less than the last two.
     let allowed = (expected - rough).abs() + ACTION * after;
     tally.saw("actions", off / after);
     if off > allowed {
@@ -255,9 +255,9 @@ fn check_family(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         check_orbit(&branch.orbits[k], &body, tally)
             .map_err(|wrong| format!("energy {}: {wrong}", branch.parameter[k]))?;
     }
-    if count > 4 {
+    if count > 6 {
         for _ in 0..2 {
-            let k = 1 + random.below(count - 3);
+            let k = 2 + random.below(count - 5);
             check_action(&branch, k, &body, tally)
                 .map_err(|wrong| format!("energy {}: {wrong}", branch.parameter[k]))?;
         }

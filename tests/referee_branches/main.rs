@@ -58,7 +58,7 @@ fn compared(
 
 #[test]
 fn branches_of_pendulums_are_what_the_referee_says() {
-    let cases = Cases::new(1, 30);
+    let cases = Cases::new(6, 30);
     let tally = compared("branches of pendulums", cases, integrated::check);
     assert!(cases.have(tally.number("orbits"), 100));
 }
@@ -72,14 +72,14 @@ fn tori_turn_as_the_referee_says() {
 
 #[test]
 fn families_are_what_the_referee_says() {
-    let cases = Cases::new(3, 20);
+    let cases = Cases::new(3, 30);
     let tally = compared("families", cases, families::check);
     assert!(cases.have(tally.number("families"), 40));
 }
 
 #[test]
 fn curves_have_what_the_referee_says() {
-    let cases = Cases::new(4, 30);
+    let cases = Cases::new(4, 40);
     let tally = compared("curves", cases, curves::check);
     assert!(cases.have(tally.number("curves"), 40));
 }
