@@ -134,8 +134,8 @@ fn flattest(look: &Look<'_>) -> f64 {
     openings.fold(f64::INFINITY, f64::min)
 }
 
-/// The shortest flight, in parts of the period.
-fn shortest(look: &Look<'_>) -> f64 {
+/// The shortest flight or stay, in parts of the period.
+pub fn shortest(look: &Look<'_>) -> f64 {
     let flights = look.script.flights().into_iter();
     let spans = flights.map(|flight| flight.end - flight.start);
     spans.fold(f64::INFINITY, f64::min) / look.script.period

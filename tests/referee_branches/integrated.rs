@@ -115,7 +115,10 @@ fn check_special(special: &Special, body: &Body, tally: &mut Tally) -> Result<()
             tally.saw(special.kind.name(), off);
             if off > SPECIAL {
                 let (kind, at) = (special.kind.name(), special.parameter);
-                return Err(format!("a {kind} at {at} is off by {off:e}"));
+                let least = condition::shortest(&look);
+                return Err(format!(
+                    "a {kind} at {at} is off by {off:e}, {least:e} of the period the shortest flight or stay"
+                ));
             }
         }
     }
@@ -129,7 +132,8 @@ pub fn check(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
     let (number, range) = draw::number(random, &body);
     let options = ContinuationOptions {
         beyond: random.of(&[Virtual::Stop, Virtual::Keep]),
-        max_points: 60,
+        // Points of chains of more links take long.
+        max_points: 48 / n,
         ..Default::default()
     };
     let Some(orbit) = settled(random, &body, tally) else {
