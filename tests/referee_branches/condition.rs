@@ -41,15 +41,16 @@ pub fn multipliers(look: &Look<'_>) -> Result<Vec<Complex<f64>>, &'static str> {
     Ok(eigenvalues(&derivative(look)?).iter().copied().collect())
 }
 
-/// The part of a derivative by which it is off from one with a real multiplier: what it is known to in itself, however its multipliers
-/// lie.
+/// The part of a derivative by which it is off from one with a real multiplier: what it is known to in itself, however its
+/// multipliers lie.
 fn from_real(derivative: &DMatrix<f64>, multiplier: f64) -> f64 {
     let n = derivative.nrows();
     let off = derivative - DMatrix::identity(n, n) * multiplier;
     off.singular_values().min() / derivative.norm().max(1.0)
 }
 
-/// How far the pair of conjugate multipliers, or of two on one side of the real axis, is from a product of one, in parts of the largest.
+/// How far the pair of conjugate multipliers, or of two on one side of the real axis, is from a product of one, in parts of the
+/// largest.
 pub fn from_circle(all: &[Complex<f64>]) -> f64 {
     let largest = all.iter().map(|mu| mu.norm()).fold(1.0, f64::max);
     let pairs = all.iter().enumerate().flat_map(|(i, a)| {

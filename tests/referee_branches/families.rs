@@ -21,8 +21,8 @@ use vibroimpact::{
 
 /// An energy of a state that is known to 1e-11.
 const ENERGY: f64 = 1e-9;
-/// An action from steps and nodes that are as good as the motion, of two orbits that close to 1e-11: where it differs by little, that is
-/// what is left.
+/// An action from steps and nodes that are as good as the motion, of two orbits that close to 1e-11: where it differs by little,
+/// that is what is left.
 const ACTION: f64 = 1e-9;
 
 /// Gauss's rule of five nodes on (-1, 1).
@@ -177,8 +177,8 @@ fn through(points: &[[f64; 2]], x: f64) -> [f64; 2] {
     all
 }
 
-/// Between two points the action grows by the integral of the period over the energy, both along the branch, where they are smooth at a
-/// touch too.
+/// Between two points the action grows by the integral of the period over the energy, both along the branch, where they are
+/// smooth at a touch too.
 fn check_action(branch: &Branch, k: usize, body: &Body, tally: &mut Tally) -> Result<(), String> {
     let along = |value: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
         let point = |k: usize| [branch.arclength[k], value(k)];

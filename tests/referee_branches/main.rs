@@ -1,6 +1,6 @@
-//! A referee for branches: random scenes whose orbits, special points and curves are compared with mechanics written down anew, chains
-//! from the places of their bobs and linear systems from Newton's law, followed by extrapolated steps that are much shorter than the
-//! motion.
+//! A referee for branches: random scenes whose orbits, special points and curves are compared with mechanics written down anew,
+//! chains from the places of their bobs and linear systems from Newton's law, followed by extrapolated steps that are much
+//! shorter than the motion.
 
 mod body;
 #[path = "../referee_pendulums/chain.rs"]

@@ -1,5 +1,5 @@
-//! The map of a period by the referee: from a time amid the longest flight to the same time a period later, event by event, and its
-//! derivative by differences.
+//! The map of a period by the referee: from a time amid the longest flight to the same time a period later, event by event, and
+//! its derivative by differences.
 
 use crate::look::Look;
 use crate::roots::eigenvalues;
@@ -13,8 +13,8 @@ const STEP: f64 = 2e-4;
 const NEAR: f64 = 0.1;
 /// So often a step is a quarter of the one before, at the most.
 const SMALLER: i32 = 7;
-/// Differences over a step and over twice that differ by no more than this, in parts of the largest: what is left of their errors is of
-/// the order of its square, or more beside an event that is nearly none.
+/// Differences over a step and over twice that differ by no more than this, in parts of the largest: what is left of their
+/// errors is of the order of its square, or more beside an event that is nearly none.
 const STRAIGHT: f64 = 1e-4;
 
 /// The map about an orbit.

@@ -42,7 +42,8 @@ pub fn verdict(look: &Look<'_>) -> Verdict {
     }
 }
 
-/// The least gap of a flight, at samples and where it turns; at those next to an impact on its stop in parts of what it is at its speed.
+/// The least gap of a flight, at samples and where it turns; at those next to an impact on its stop in parts of what it is at
+/// its speed.
 fn least_gap(look: &Look<'_>, flight: &Flight) -> f64 {
     let faces = (0..look.body.faces().len()).filter(|face| flight.held != Some(*face));
     let mut least = f64::INFINITY;
@@ -133,8 +134,8 @@ fn weight(look: &Look<'_>, flight: &Flight, face: usize, time: f64) -> f64 {
     weight
 }
 
-/// The least of the speed before the impact that ends a flight and of the contact force on it, next to its release in parts of the
-/// time to that.
+/// The least of the speed before the impact that ends a flight and of the contact force on it, next to its release in parts of
+/// the time to that.
 fn least_push(look: &Look<'_>, flight: &Flight) -> f64 {
     let x = look.state(flight.start, false);
     let all = motion(&look.body, flight.held, (flight.start, &x), flight.end);

@@ -82,8 +82,8 @@ pub fn script(orbit: &PeriodicOrbit) -> Result<Script, &'static str> {
 }
 
 impl Script {
-    /// The flights: of each where it starts, what is held, when it ends and the instant there; one, without an instant, where nothing
-    /// happens.
+    /// The flights: of each where it starts, what is held, when it ends and the instant there; one, without an instant, where
+    /// nothing happens.
     pub fn flights(&self) -> Vec<Flight> {
         let whole = Flight {
             start: 0.0,
