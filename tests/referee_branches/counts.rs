@@ -1,0 +1,108 @@
+//! What the multipliers along a branch do between two points, against the special points that are said to lie between.
+
+use nalgebra::Complex;
+use vibroimpact::{Branch, PeriodicOrbit, SpecialKind};
+
+/// A real multiplier is on one side of a number for sure if it is so far from it.
+const MARGIN: f64 = 1e-7;
+/// The roundings of the largest multiplier, beside a graze far larger than all others, that these are known to.
+const ROUNDED: f64 = 1e-14;
+
+/// How many multipliers are outside the unit circle, real and above 1, real and below -1; none where one of them is next to it.
+fn outside(all: &[Complex<f64>]) -> Option<[usize; 3]> {
+    let largest = all.iter().map(|mu| mu.norm()).fold(0.0, f64::max);
+    let margin = MARGIN.max(ROUNDED * largest);
+    if all.iter().any(|mu| (mu.norm() - 1.0).abs() < margin) {
+        return None;
+    }
+    let count = |is: &dyn Fn(&Complex<f64>) -> bool| all.iter().filter(|mu| is(mu)).count();
+    Some([
+        count(&|mu| mu.norm() > 1.0),
+        count(&|mu| mu.im == 0.0 && mu.re > 1.0),
+        count(&|mu| mu.im == 0.0 && mu.re < -1.0),
+    ])
+}
+
+/// The multipliers of all points, none where an orbit has none.
+fn multipliers(branch: &Branch) -> Vec<Option<[usize; 3]>> {
+    let of = |orbit: &PeriodicOrbit| {
+        let stability = orbit.stability().ok()?;
+        let order = stability.orders.first()?;
+        let all: Vec<_> = order.multipliers.iter().copied().collect();
+        outside(&all)
+    };
+    branch.orbits.iter().map(of).collect()
+}
+
+/// What is said otherwise than the multipliers do, if anything; and how many pairs of points were looked at, and changes seen.
+pub fn difference(branch: &Branch) -> (Option<String>, [usize; 2]) {
+    let all = multipliers(branch);
+    let mut seen = [0; 2];
+    for k in 1..all.len() {
+        let (Some(one), Some(other)) = (all[k - 1], all[k]) else {
+            continue;
+        };
+        seen[0] += 1;
+        seen[1] += one[0].abs_diff(other[0]);
+        let within = branch.arclength[k - 1]..=branch.arclength[k];
+        let between = branch.special.iter();
+        let between: Vec<SpecialKind> = between
+            .filter(|own| within.contains(&own.arclength))
+            .map(|own| own.kind)
+            .collect();
+        let number = |kinds: &[SpecialKind]| {
+            let own = between.iter().filter(|kind| kinds.contains(kind));
+            own.count()
+        };
+        let ones = number(&[
+            SpecialKind::Fold,
+            SpecialKind::Pitchfork,
+            SpecialKind::BranchPoint,
+        ]);
+        let minus = number(&[SpecialKind::PeriodDoubling]);
+        // The multiplier of an impact without speed is infinite: it passes from one side of the real axis to the other.
+        let lost = lost(&branch.orbits[k - 1], &branch.orbits[k]);
+        let most = ones + minus + 2 * number(&[SpecialKind::Torus]);
+        let is_even = |a: usize, b: usize| (a + b).is_multiple_of(2);
+        let agrees = one[0].abs_diff(other[0]) <= most
+            && is_even(one[1].abs_diff(other[1]), ones + lost)
+            && is_even(one[2].abs_diff(other[2]), minus + lost);
+        if !agrees {
+            let at = [branch.parameter[k - 1], branch.parameter[k]];
+            return (
+                Some(format!("{one:?} to {other:?} from {at:?}, {between:?}")),
+                seen,
+            );
+        }
+    }
+    (turns(branch), seen)
+}
+
+/// How many impacts have a speed on one orbit and would have to pull on the other.
+fn lost(one: &PeriodicOrbit, other: &PeriodicOrbit) -> usize {
+    let pairs = one.impacts().iter().zip(other.impacts());
+    pairs.filter(|(a, b)| a.approach * b.approach < 0.0).count()
+}
+
+/// Where the number turns back and there is no fold, or one where it does not.
+fn turns(branch: &Branch) -> Option<String> {
+    let (p, s) = (&branch.parameter, &branch.arclength);
+    let span = p
+        .iter()
+        .fold(f64::MIN_POSITIVE, |m, a| m.max((a - p[0]).abs()));
+    let way = |k: usize| p[k + 1] - p[k];
+    let folds = branch
+        .special
+        .iter()
+        .filter(|own| own.kind == SpecialKind::Fold);
+    let folds: Vec<f64> = folds.map(|own| own.arclength).collect();
+    (1..p.len().saturating_sub(1)).find_map(|k| {
+        let near = folds
+            .iter()
+            .filter(|own| (s[k - 1]..=s[k + 1]).contains(own));
+        let turned = way(k - 1) * way(k) < 0.0;
+        let is_clear = way(k - 1).abs().min(way(k).abs()) > 1e-9 * span;
+        (turned && is_clear && near.count() == 0)
+            .then(|| format!("turns at {} without a fold", p[k]))
+    })
+}
