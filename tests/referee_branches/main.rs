@@ -66,7 +66,7 @@ fn check(cases: Cases, tally: &Tally, wanted: &[(&str, usize)]) {
 
 #[test]
 fn branches_of_pendulums_are_what_the_referee_says() {
-    let cases = Cases::new(6, 24);
+    let cases = Cases::new(12, 30);
     let tally = compared("branches of pendulums", cases, integrated::check);
     let wanted = [
         ("orbits", 100),
