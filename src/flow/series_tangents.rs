@@ -184,10 +184,10 @@ impl WithSimd for Expansion<'_> {
                     order,
                 ),
                 (links @ [_, _], about @ [_, _]) => {
-                    expand::<S>(&mut links[..2], &about[..2], matrices, order)
+                    expand::<S>(&mut links[..2], &about[..2], matrices, order);
                 }
                 (links @ [_, _, _], about @ [_, _, _]) => {
-                    expand::<S>(&mut links[..3], &about[..3], matrices, order)
+                    expand::<S>(&mut links[..3], &about[..3], matrices, order);
                 }
                 (links, about) => expand::<S>(links, about, matrices, order),
             }

@@ -3,7 +3,7 @@
 use crate::differences::compare;
 use crate::scenes::{harmonic, linear, loaded, lower, scene, shaken_ball, unit_mass, upper};
 use std::f64::consts::TAU;
-use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
+use vibroimpact::nalgebra::{Complex, DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Change, DoublePendulum, Forcing, Kind, OrbitOptions, PaperOptions, Parameter,
     Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions, Wall, WallSide, derivatives,
@@ -209,6 +209,6 @@ fn a_pendulum_in_another_unit_of_time() {
         let off = own.speeds_before[(k, 0)] / impact.approach - 1.0;
         assert!(off.abs() < KNOWN, "{off:e}");
     }
-    let multipliers = own.multipliers.map(|mu| mu.norm()).amax();
+    let multipliers = own.multipliers.map(Complex::norm).amax();
     assert!(multipliers < 1e-6, "{multipliers:e}");
 }
