@@ -111,7 +111,12 @@ pub(super) fn advance(
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
     let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
-    let is_counted = are_explained(&special, from.indicators.outside, own.indicators.outside);
+    let is_counted = are_explained(
+        family,
+        &special,
+        from.indicators.outside,
+        own.indicators.outside,
+    )?;
     if !is_counted && way.length() > UNEXPLAINED {
         let detail = format!(
             "several multipliers leave the circle at {}",

@@ -15,6 +15,9 @@ use std::f64::consts::TAU;
 /// What is known no better than this part of the range is sought by interpolation.
 const KNOWN: f64 = 1e-10;
 
+/// A multiplier that is at a number is nearer to it than this, however fast it changes.
+const AT: f64 = 0.5;
+
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
 pub(super) fn bifurcations(
     family: &Family<'_>,
@@ -44,12 +47,11 @@ pub(super) fn bifurcations(
     let mut all = Vec::new();
     for (kind, [at_start, at_end], of) in tests {
         if at_start * at_end < 0.0 {
-            all.push(located(
-                family,
-                (from, to, kind),
-                [length, at_start, at_end],
-                of,
-            )?);
+            let ends = [length, at_start, at_end];
+            let found = located(family, (from, to, kind), ends, of)?;
+            if kind != SpecialKind::PeriodDoubling || has_multiplier(family, &found.orbit, -1.0)? {
+                all.push(found);
+            }
         }
     }
     if let (true, Some(one), Some(other)) = (all.is_empty(), a.outside, b.outside)
@@ -61,20 +63,36 @@ pub(super) fn bifurcations(
     Ok(all)
 }
 
+/// Whether a multiplier is at a number, if an orbit has multipliers. Where a release comes to an instant at which the force is zero, too, the
+/// equations are singular for every multiplier; many modes of which nothing is held have none such.
+fn has_multiplier(family: &Family<'_>, orbit: &PeriodicOrbit, number: f64) -> Result<bool> {
+    if family.has_pulses {
+        return Ok(true);
+    }
+    let own = own_multipliers(orbit)?;
+    Ok(own.is_none_or(|own| own.iter().any(|mu| (mu - number).norm() < AT)))
+}
+
 /// Whether the multipliers that leave the unit circle on a step, or come into it, are those of its bifurcations.
 pub(super) fn are_explained(
+    family: &Family<'_>,
     special: &[Special],
     before: Option<usize>,
     after: Option<usize>,
-) -> bool {
+) -> Result<bool> {
     let (Some(before), Some(after)) = (before, after) else {
-        return true;
+        return Ok(true);
     };
-    let each = special
-        .iter()
-        .map(|own| if own.kind == SpecialKind::Torus { 2 } else { 1 });
-    let (most, change) = (each.sum::<usize>(), before.abs_diff(after));
-    change <= most && (most - change).is_multiple_of(2)
+    let mut most = 0;
+    for own in special {
+        most += match own.kind {
+            SpecialKind::Torus => 2,
+            SpecialKind::Fold => usize::from(has_multiplier(family, &own.orbit, 1.0)?),
+            _ => 1,
+        };
+    }
+    let change = before.abs_diff(after);
+    Ok(change <= most && (most - change).is_multiple_of(2))
 }
 
 /// A number at a point of a step.

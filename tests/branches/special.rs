@@ -2,10 +2,11 @@
 
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
-use vibroimpact::nalgebra::{Complex, DMatrix, DVector};
+use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
-    Scene, Special, SpecialKind, Stop, Virtual, bifurcation_curve, periodic_orbits,
+    BaseMotion, Branch, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions,
+    Parameter, Pattern, PendulumChain, Scene, SimulateOptions, Special, SpecialKind, Stop, Virtual,
+    Wall, WallSide, bifurcation_curve, find_orbit, periodic_orbits, simulate,
 };
 
 fn keep() -> ContinuationOptions {
@@ -331,4 +332,37 @@ fn check_curve(torus: &Special) {
         });
         assert!(off < 1e-8, "{off:e}");
     }
+}
+
+/// A pendulum that a shaken base presses against a wall, which takes all speed: slower than `w^2 = g tan q/A` the base does not pull it off. There
+/// the release comes to an instant at which the force is zero without a change of sign, the branch turns, and every multiplier stays zero.
+#[test]
+fn where_a_force_only_touches_zero_a_branch_turns_and_nothing_doubles() {
+    const SHAKE: f64 = 0.122_042_484_297_036_89;
+    const LENGTH: f64 = 0.880_979_668_168_189_5;
+    const AT: f64 = 0.059_779_021_141_880_204;
+    let chain = PendulumChain::new(
+        dvector![1.3],
+        dvector![LENGTH],
+        &dvector![0.007_241_868_880_808_756],
+        1.0,
+    );
+    let base = BaseMotion::new(SHAKE, 0.934_321_216_130_183_8, 0.0).expect("valid");
+    let wall = Wall::new(0, AT, 0.0, WallSide::Right).expect("valid");
+    let scene = Scene::new(chain.expect("valid"), base, [wall]).expect("valid");
+    let (q, v) = (dvector![0.0], dvector![0.0]);
+    let until = 60.0 * scene.period().expect("forced");
+    let run = simulate(&scene, &q, &v, (0.0, until), &SimulateOptions::default());
+    let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+    let branch = followed(&orbit, Parameter::Frequency, (0.7, 1.0), &keep());
+    let turn = ((AT / LENGTH).asin().tan() / SHAKE).sqrt();
+    let near = |own: &&Special| (own.parameter - turn).abs() < 1e-3;
+    let found: Vec<&Special> = branch.special.iter().filter(near).collect();
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0].kind, SpecialKind::Fold);
+    assert!(
+        (found[0].parameter - turn).abs() < 1e-10,
+        "{}",
+        found[0].parameter
+    );
 }

@@ -1,12 +1,14 @@
 //! What the multipliers along a branch do between two points, against the special points that are said to lie between.
 
 use nalgebra::Complex;
-use vibroimpact::{Branch, PeriodicOrbit, SpecialKind};
+use vibroimpact::{Branch, PeriodicOrbit, Special, SpecialKind};
 
 /// A real multiplier is on one side of a number for sure if it is so far from it.
 const MARGIN: f64 = 1e-7;
 /// The roundings of the largest multiplier, beside a graze far larger than all others, that these are known to.
 const ROUNDED: f64 = 1e-14;
+/// A loop closes to 1e-11: over a speed of this part of the fastest that is a hundredth.
+const NEARLY_LOST: f64 = 1e-9;
 
 /// How many multipliers are outside the unit circle, real and above 1, real and below -1; none where one of them is next to it.
 fn outside(all: &[Complex<f64>]) -> Option<[usize; 3]> {
@@ -47,7 +49,7 @@ pub fn difference(branch: &Branch) -> (Option<String>, [usize; 2]) {
         let within = branch.arclength[k - 1]..=branch.arclength[k];
         let between = branch.special.iter();
         let between: Vec<SpecialKind> = between
-            .filter(|own| within.contains(&own.arclength))
+            .filter(|own| within.contains(&own.arclength) && !is_of_a_release(own))
             .map(|own| own.kind)
             .collect();
         let number = |kinds: &[SpecialKind]| {
@@ -78,10 +80,28 @@ pub fn difference(branch: &Branch) -> (Option<String>, [usize; 2]) {
     (turns(branch), seen)
 }
 
+/// Whether the number turns where no multiplier is near 1: where the force of a stop that is held only touches zero.
+fn is_of_a_release(special: &Special) -> bool {
+    let is_alone = |orbit: &PeriodicOrbit| {
+        let stability = orbit.stability().ok()?;
+        let order = stability.orders.first()?;
+        let mut all = order.multipliers.iter();
+        Some(all.all(|mu| (mu - 1.0).norm() > 0.5))
+    };
+    special.kind == SpecialKind::Fold && is_alone(&special.orbit) == Some(true)
+}
+
 /// How many impacts have a speed on one orbit and would have to pull on the other.
 fn lost(one: &PeriodicOrbit, other: &PeriodicOrbit) -> usize {
     let pairs = one.impacts().iter().zip(other.impacts());
     pairs.filter(|(a, b)| a.approach * b.approach < 0.0).count()
+}
+
+/// Whether an impact has lost its speed but for so little that the number is known to rounding over it.
+fn is_nearly_lost(orbit: &PeriodicOrbit) -> bool {
+    let speeds = orbit.impacts().iter().map(|own| own.approach.abs());
+    let fastest = speeds.clone().fold(0.0, f64::max);
+    speeds.fold(f64::INFINITY, f64::min) < NEARLY_LOST * fastest
 }
 
 /// Where the number turns back and there is no fold, or one where it does not.
@@ -102,7 +122,8 @@ fn turns(branch: &Branch) -> Option<String> {
             .filter(|own| (s[k - 1]..=s[k + 1]).contains(own));
         let turned = way(k - 1) * way(k) < 0.0;
         let is_clear = way(k - 1).abs().min(way(k).abs()) > 1e-9 * span;
-        (turned && is_clear && near.count() == 0)
+        let is_known = !branch.orbits[k - 1..=k + 1].iter().any(is_nearly_lost);
+        (turned && is_clear && is_known && near.count() == 0)
             .then(|| format!("turns at {} without a fold", p[k]))
     })
 }
