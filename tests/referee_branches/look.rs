@@ -16,13 +16,19 @@ pub struct Look<'a> {
 
 /// So many states of a period tell how large it is.
 const LOOKS: usize = 64;
+/// What moves by less than this part of where it is in a period is known to rounding over it.
+const STILL: f64 = 1e-6;
 
 impl<'a> Look<'a> {
     /// Of an orbit in the scene of a body, or why there is none.
     pub fn new(orbit: &'a PeriodicOrbit, body: &Body) -> Result<Self, &'static str> {
+        let alone = Self::alone(orbit, body);
+        if alone.units[1] * orbit.period() < STILL * alone.units[0] {
+            return Err("a motion that nearly stands still");
+        }
         Ok(Self {
             script: script(orbit)?,
-            ..Self::alone(orbit, body)
+            ..alone
         })
     }
 
