@@ -102,22 +102,27 @@ impl<'a> Judge<'a> {
                 };
                 let times = [flight.start, flight.start + flight.span];
                 let entered = on_flow(times[0], &flight.after);
-                let derivatives = [entered.clone(), on_flow(times[1], &flight.before_next)].map(|state| {
-                    let mut all = Vec::new();
-                    f.derivatives(&state, &mut all);
-                    all
-                });
                 for (stop, row) in self.gaps.iter().enumerate() {
-                    let bend = |k: usize| 2.0 * row.model(&derivatives[k]).c[2];
+                    let [margin, span] = [margins[stop], flight.span];
+                    let bend = |t: f64, state| {
+                        let mut derivatives = Vec::new();
+                        f.derivatives(&on_flow(t, state), &mut derivatives);
+                        2.0 * row.model(&derivatives).c[2]
+                    };
                     let [gap_after, opening] = gap(stop, times[0], &flight.after);
                     let [gap_before, closing] = gap(stop, times[1], &flight.before_next);
-                    let (start, end) = ([gap_after, opening, bend(0)], [gap_before, closing, bend(1)]);
-                    if is_low_bounce(start, end, flight.span, margins[stop]) {
+                    let is_low = |bends: [f64; 2]| {
+                        let (start, end) = ([gap_after, opening, bends[0]], [gap_before, closing, bends[1]]);
+                        is_low_bounce(start, end, span, margin)
+                    };
+                    // Few flights are so slow that their bends are asked for.
+                    let bends = || [bend(times[0], &flight.after), bend(times[1], &flight.before_next)];
+                    if is_low([0.0; 2]) && is_low(bends()) {
                         continue;
                     }
                     let stretch = SearchSpan {
-                        span: flight.span,
-                        margin: margins[stop],
+                        span,
+                        margin,
                         is_released: flight.mode.released == Some(stop),
                     };
                     let mut state = entered.clone();
