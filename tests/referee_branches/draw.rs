@@ -1,25 +1,10 @@
 //! Random bodies: chains of pendulums before walls, and linear systems before planes.
 
 use crate::body::{Body, Number};
-use crate::chain::{Chain, Face, Kind};
+use crate::chain::{Chain, Face, Kind, damped};
 use crate::plant::Plant;
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
-
-/// Dampers in the joints.
-fn damped(dampers: &[f64]) -> DMatrix<f64> {
-    let n = dampers.len();
-    let mut damping = DMatrix::zeros(n, n);
-    for (i, &c) in dampers.iter().enumerate() {
-        damping[(i, i)] += c;
-        if i > 0 {
-            damping[(i - 1, i - 1)] += c;
-            damping[(i - 1, i)] -= c;
-            damping[(i, i - 1)] -= c;
-        }
-    }
-    damping
-}
 
 pub fn restitution(random: &mut Random) -> f64 {
     match random.below(8) {

@@ -9,6 +9,8 @@ mod condition;
 mod counts;
 mod curves;
 mod draw;
+#[path = "../common/extrapolated.rs"]
+mod extrapolated;
 mod families;
 mod flights;
 mod integrated;

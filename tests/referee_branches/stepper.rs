@@ -1,9 +1,8 @@
 //! Extrapolated midpoint steps, much shorter than the motion, and zeros on them.
 
 use crate::body::Body;
+use crate::extrapolated::extrapolated;
 
-/// Steps of the midpoint rule, whose results are extrapolated to a step of none.
-const COLUMNS: [usize; 8] = [2, 4, 6, 8, 10, 12, 14, 16];
 /// Step, relative to the fastest turn.
 const STEP: f64 = 0.4;
 
@@ -17,27 +16,7 @@ pub fn step(body: &Body, held: Option<usize>, (t, x): (f64, &[f64]), dt: f64) ->
         let (a, _) = body.acceleration(t, x, held);
         x[n..].iter().copied().chain(a.iter().copied()).collect()
     };
-    let shifted = |x: &[f64], k: &[f64], h: f64| -> Vec<f64> {
-        x.iter().zip(k).map(|(x, k)| x + h * k).collect()
-    };
-    let first = slope(t, x);
-    let mut last: Vec<Vec<f64>> = Vec::new();
-    for (place, &count) in COLUMNS.iter().enumerate() {
-        let h = dt / count as f64;
-        let (mut before, mut now) = (x.to_vec(), shifted(x, &first, h));
-        for k in 1..count {
-            let next = shifted(&before, &slope(t + k as f64 * h, &now), 2.0 * h);
-            (before, now) = (now, next);
-        }
-        let mut row = vec![now];
-        for k in 1..=place {
-            let ratio = (count as f64 / COLUMNS[place - k] as f64).powi(2) - 1.0;
-            let change = shifted(&row[k - 1], &last[k - 1], -1.0);
-            row.push(shifted(&row[k - 1], &change, 1.0 / ratio));
-        }
-        last = row;
-    }
-    last.pop().expect("a column")
+    extrapolated(slope, (t, x), dt)
 }
 
 /// The times of a motion from one to another and its states there, a step from each other; the start is the first.

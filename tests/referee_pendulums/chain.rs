@@ -29,6 +29,21 @@ pub struct Chain {
     pub faces: Vec<Face>,
 }
 
+/// The damping matrix of dampers in the joints.
+pub fn damped(dampers: &[f64]) -> DMatrix<f64> {
+    let n = dampers.len();
+    let mut damping = DMatrix::zeros(n, n);
+    for (i, &c) in dampers.iter().enumerate() {
+        damping[(i, i)] += c;
+        if i > 0 {
+            damping[(i - 1, i - 1)] += c;
+            damping[(i - 1, i)] -= c;
+            damping[(i, i - 1)] -= c;
+        }
+    }
+    damping
+}
+
 impl Chain {
     pub fn n(&self) -> usize {
         self.masses.len()

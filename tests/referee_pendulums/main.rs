@@ -3,6 +3,8 @@
 
 mod chain;
 mod compare;
+#[path = "../common/extrapolated.rs"]
+mod extrapolated;
 #[path = "../common/random.rs"]
 mod random;
 mod run;

@@ -2,9 +2,8 @@
 //! and where they turn, and a halt as soon as an answer is not this referee's to give.
 
 use crate::chain::Chain;
+use crate::extrapolated::extrapolated;
 
-/// Steps of the midpoint rule, whose results are extrapolated to a step of none.
-const COLUMNS: [usize; 8] = [2, 4, 6, 8, 10, 12, 14, 16];
 /// Step, relative to the fastest turn.
 const STEP: f64 = 0.1;
 /// A gap that turns this near to its face, relative to the length of the chain, may touch it or not.
@@ -44,31 +43,7 @@ fn step(chain: &Chain, held: Option<usize>, t: f64, x: &[f64], dt: f64) -> Vec<f
         let (a, _) = chain.acceleration(t, &x[..n], &x[n..], held);
         x[n..].iter().copied().chain(a.iter().copied()).collect()
     };
-    let shifted = |x: &[f64], k: &[f64], h: f64| -> Vec<f64> {
-        x.iter().zip(k).map(|(x, k)| x + h * k).collect()
-    };
-    let first = slope(t, x);
-    let mut last: Vec<Vec<f64>> = Vec::new();
-    for (place, &count) in COLUMNS.iter().enumerate() {
-        let h = dt / count as f64;
-        let (mut before, mut now) = (x.to_vec(), shifted(x, &first, h));
-        for k in 1..count {
-            let next = shifted(&before, &slope(t + k as f64 * h, &now), 2.0 * h);
-            (before, now) = (now, next);
-        }
-        let mut row = vec![now];
-        for k in 1..=place {
-            let ratio = (count as f64 / COLUMNS[place - k] as f64).powi(2) - 1.0;
-            let change: Vec<f64> = row[k - 1]
-                .iter()
-                .zip(&last[k - 1])
-                .map(|(a, b)| a - b)
-                .collect();
-            row.push(shifted(&row[k - 1], &change, 1.0 / ratio));
-        }
-        last = row;
-    }
-    last.pop().expect("a column")
+    extrapolated(slope, (t, x), dt)
 }
 
 /// A zero between two arguments at which a function has other signs, by regula falsi (Illinois).

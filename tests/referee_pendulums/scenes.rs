@@ -1,8 +1,8 @@
 //! Random pendulums before walls and stops, for the referee and for the library.
 
-use crate::chain::{Chain, Face, Kind};
+use crate::chain::{Chain, Face, Kind, damped};
 use crate::random::Random;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use vibroimpact::{
     BaseMotion, Constraint, DoublePendulum, Forcing, Method, PendulumChain, Scene, Side, Stop,
     Wall, WallSide,
@@ -18,21 +18,6 @@ pub struct Case {
     pub end: f64,
     pub method: Method,
     pub rtol: f64,
-}
-
-/// Dampers in the joints.
-fn damped(dampers: &[f64]) -> DMatrix<f64> {
-    let n = dampers.len();
-    let mut damping = DMatrix::zeros(n, n);
-    for (i, &c) in dampers.iter().enumerate() {
-        damping[(i, i)] += c;
-        if i > 0 {
-            damping[(i - 1, i - 1)] += c;
-            damping[(i - 1, i)] -= c;
-            damping[(i, i - 1)] -= c;
-        }
-    }
-    damping
 }
 
 fn restitution(random: &mut Random) -> f64 {
