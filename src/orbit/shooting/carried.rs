@@ -24,6 +24,26 @@ pub(super) struct FlightMap {
     condition: Option<DVector<f64>>,
 }
 
+impl FlightMap {
+    /// Takes off the columns from one on, which are what becomes of every coordinate and velocity.
+    fn taken_off(own: usize, y: &mut Timed, condition: &mut Option<(f64, DVector<f64>)>) -> Self {
+        let len = y.deviations.ncols() - own;
+        let map = Self {
+            deviations: y.deviations.columns(own, len).into_owned(),
+            delays: y.delays.rows(own, len).into_owned(),
+            condition: condition
+                .as_ref()
+                .map(|(_, row)| row.rows(own, len).into_owned()),
+        };
+        y.deviations.resize_horizontally_mut(own, 0.0);
+        y.delays.resize_vertically_mut(own, 0.0);
+        if let Some((_, row)) = condition {
+            row.resize_vertically_mut(own, 0.0);
+        }
+        map
+    }
+}
+
 impl Shooting<'_> {
     /// What flight k and the instant at its end make of a state and of deviations from it at the time of its start.
     pub(super) fn carried(
@@ -60,18 +80,7 @@ impl Shooting<'_> {
         self.mirror(k, state, &mut y);
         let mut condition = self.condition(k + 1, units, &y)?;
         self.pass(k + 1, units, &mut y)?;
-        let map = jacobian.map(|_| FlightMap {
-            deviations: y.deviations.columns(own, two_n).into_owned(),
-            delays: y.delays.rows(own, two_n).into_owned(),
-            condition: condition
-                .as_ref()
-                .map(|(_, row)| row.rows(own, two_n).into_owned()),
-        });
-        y.deviations.resize_horizontally_mut(own, 0.0);
-        y.delays.resize_vertically_mut(own, 0.0);
-        if let Some((_, row)) = &mut condition {
-            row.resize_vertically_mut(own, 0.0);
-        }
+        let map = jacobian.map(|_| FlightMap::taken_off(own, &mut y, &mut condition));
         Ok(Carried { y, condition, map })
     }
 
