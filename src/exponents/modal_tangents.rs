@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::exponents::tangents::Tangents;
 use crate::flow::{TimedScene, propagate, with_flow};
-use crate::hybrid::{ClosedFormMaps, HybridMaps, ModalImpacts, joined};
+use crate::hybrid::{ClosedFormMaps, HybridMaps, ModalImpacts};
 use crate::modal::{ModalState, pairs};
 use crate::model::Moment;
 use crate::path::{Evaluator, Path};
@@ -54,7 +54,7 @@ impl<'a> Tangents for ModalTangents<'a> {
     }
 
     fn begin(&mut self, (q, v): (&DVector<f64>, &DVector<f64>)) {
-        self.state = self.scene.modal.form.to_modal(q, v);
+        self.state = self.scene.modal.form.to_modal(q.as_slice(), v.as_slice());
     }
 
     fn hold(&mut self, evaluator: &Evaluator) {
@@ -105,7 +105,7 @@ impl<'a> Tangents for ModalTangents<'a> {
         deviations: &mut DMatrix<f64>,
         work: impl FnOnce(&ClosedFormMaps<'a>, &mut DVector<f64>, &mut DMatrix<f64>) -> Result<R>,
     ) -> Result<R> {
-        let mut state = joined(&self.scene.modal.form.to_physical(&self.state));
+        let mut state = self.scene.modal.form.state_of(&self.state);
         let mut own = &self.to_physical * &*deviations;
         let done = work(&self.maps, &mut state, &mut own)?;
         *deviations = &self.to_modal * own;

@@ -242,7 +242,8 @@ impl ConstrainedMotion {
     /// That of a displacement and its rate, from anywhere.
     pub fn reduce_change(&self, dq: &DVector<f64>, dv: &DVector<f64>) -> ModalState {
         let free = &self.free;
-        self.form.to_modal(&free.tr_mul(dq), &free.tr_mul(dv))
+        let (dq, dv) = (free.tr_mul(dq), free.tr_mul(dv));
+        self.form.to_modal(dq.as_slice(), dv.as_slice())
     }
 
     /// Position and velocity of a state of the smaller system.

@@ -77,18 +77,19 @@ fn failed(iterations: usize, residual: f64) -> Error {
     }
 }
 
-/// Opening speed and acceleration of a gap in free motion.
-fn opening<M: HybridMaps + ?Sized>(
+/// The impacts on a stop from a state before one of them, which changes at a rate in free motion.
+fn sequence<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
-    t: f64,
-    state: &DVector<f64>,
-) -> Result<(f64, f64, DVector<f64>)> {
-    let rate = motion.rate(&[], t, state)?;
+    (t, state): (f64, &DVector<f64>),
+    rate: &DVector<f64>,
+) -> Result<CompleteChatter> {
     let n = state.len() / 2;
-    let speed = motion.gap(stop, t, state)?.speed(state.rows(n, n));
-    let acceleration = motion.gap_acceleration(stop, t, state, &rate)?;
-    Ok((speed, acceleration, rate))
+    Ok(CompleteChatter {
+        restitution: motion.restitution(stop),
+        speed: motion.gap(stop, t, state)?.speed(state.rows(n, n)),
+        acceleration: motion.gap_acceleration(stop, t, state, rate)?,
+    })
 }
 
 /// The impacts of some stops on a state, on deviations of it and of its time.
@@ -112,22 +113,17 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
     size: f64,
     y: &mut Timed,
 ) -> Result<Chatter> {
-    let restitution = motion.restitution(stop);
     // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
     let first = motion.gap(stop, y.time, &y.state)?;
     let level = first.gap;
     let level_deviations = first.timed_deviations(&y.deviations, &y.delays);
     let mut bounces = Vec::new();
+    let mut arrival = motion.rate(&[], y.time, &y.state)?;
     loop {
-        let (speed, acceleration, _) = opening(motion, stop, y.time, &y.state)?;
-        if !(speed < 0.0 && acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
-            return Err(failed(bounces.len(), speed));
+        let rest = sequence(motion, stop, (y.time, &y.state), &arrival)?;
+        if !(rest.speed < 0.0 && rest.acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
+            return Err(failed(bounces.len(), rest.speed));
         }
-        let rest = CompleteChatter {
-            restitution,
-            speed,
-            acceleration,
-        };
         if rest.residual() <= CHATTER_DEPTH * size {
             break;
         }
@@ -156,11 +152,11 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
         motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
-        let arrival = motion.rate(&[], end, &y.state)?;
+        arrival = motion.rate(&[], end, &y.state)?;
         let there = motion.gap(stop, end, &y.state)?;
         let speed = there.speed(arrival.rows(0, there.gradient.len()));
         y.delays = (&level_deviations - there.deviations(&carried)) / speed;
-        y.deviations = carried + arrival * y.delays.transpose();
+        y.deviations = carried + &arrival * y.delays.transpose();
         y.time = end;
     }
     let chatter = Chatter {
@@ -237,12 +233,8 @@ fn rest<M: HybridMaps + ?Sized>(
     t: f64,
     state: &DVector<f64>,
 ) -> Result<(f64, DVector<f64>)> {
-    let (speed, acceleration, rate) = opening(motion, stop, t, state)?;
-    let rest = CompleteChatter {
-        restitution: motion.restitution(stop),
-        speed,
-        acceleration,
-    };
+    let rate = motion.rate(&[], t, state)?;
+    let rest = sequence(motion, stop, (t, state), &rate)?;
     let mut struck = state.clone();
     motion.impact(&[stop], t, &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
     let mut end = rest.end(state, rate, struck);

@@ -110,16 +110,15 @@ pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
     let n = state.len() / 2;
     let (mut q, mut v) = (state.rows(0, n).into_owned(), state.rows(n, n).into_owned());
     project(&mut q, &mut v, |q| {
-        let mut there = state.clone();
-        there.rows_mut(0, n).copy_from(q);
+        state.rows_mut(0, n).copy_from(q);
         let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
         let (mut normals, mut reactions) = (Vec::new(), Vec::new());
         for &stop in stops {
-            let at = maps.gap(stop, t, &there)?;
+            let at = maps.gap(stop, t, state)?;
             gaps.push(at.gap);
             speeds.push(at.slope);
             normals.push(-at.gradient);
-            reactions.push(maps.reaction(stop, &there)?);
+            reactions.push(maps.reaction(stop, state)?);
         }
         Ok(StopsAt {
             gaps: DVector::from_vec(gaps),

@@ -171,43 +171,58 @@ impl ModalForm {
     }
 
     /// The state (q, v) in modal pairs.
-    pub fn to_modal(&self, q: &DVector<f64>, v: &DVector<f64>) -> ModalState {
-        match &self.coordinates {
-            Coordinates::Real(shapes) => shapes
-                .to_modal(q)
-                .iter()
-                .zip(shapes.to_modal(v).iter())
-                .map(|(&y, &dy)| [y, dy])
-                .collect(),
+    pub fn to_modal(&self, q: &[f64], v: &[f64]) -> ModalState {
+        let pairs = match &self.coordinates {
+            Coordinates::Real(shapes) => shapes.to_modal(q, v),
             Coordinates::Complex { to_modal, .. } => {
-                let z = to_modal.columns(0, self.n) * q + to_modal.columns(self.n, self.n) * v;
-                z.as_slice().chunks(2).map(|z| [z[0], z[1]]).collect()
+                let mut pairs = vec![[0.0; 2]; self.n];
+                let columns = to_modal.as_slice().chunks_exact(2 * self.n);
+                for (column, x) in columns.zip(q.iter().chain(v)) {
+                    for (z, y) in pairs.as_flattened_mut().iter_mut().zip(column) {
+                        *z += y * x;
+                    }
+                }
+                pairs
             }
-            Coordinates::Physical => q.iter().zip(v.iter()).map(|(&q, &v)| [q, v]).collect(),
-        }
+            Coordinates::Physical => q.iter().zip(v).map(|(&q, &v)| [q, v]).collect(),
+        };
+        pairs.into()
+    }
+
+    /// The same of a position and a velocity in one.
+    pub fn pairs_of(&self, state: &DVector<f64>) -> ModalState {
+        let (q, v) = state.as_slice().split_at(self.n);
+        self.to_modal(q, v)
     }
 
     /// The position and velocity of a state in modal pairs.
     pub fn to_physical(&self, state: &ModalState) -> PhysicalState {
         let mut physical = (DVector::zeros(self.n), DVector::zeros(self.n));
-        self.fill_physical(state, &mut physical);
+        let (q, v) = &mut physical;
+        self.fill_physical(state, q.as_mut_slice(), v.as_mut_slice());
         physical
     }
 
-    /// The same into one that is there.
-    pub fn fill_physical(&self, state: &ModalState, (q, v): &mut PhysicalState) {
+    /// The same in one.
+    pub fn state_of(&self, pairs: &ModalState) -> DVector<f64> {
+        let mut state = DVector::zeros(2 * self.n);
+        let (q, v) = state.as_mut_slice().split_at_mut(self.n);
+        self.fill_physical(pairs, q, v);
+        state
+    }
+
+    /// The same into ones that are there.
+    pub fn fill_physical(&self, state: &ModalState, q: &mut [f64], v: &mut [f64]) {
         match &self.coordinates {
-            Coordinates::Real(shapes) => {
-                shapes.fill_physical(state, 0, q);
-                shapes.fill_physical(state, 1, v);
-            }
+            Coordinates::Real(shapes) => shapes.fill_physical(state, q, v),
             Coordinates::Complex { to_physical, .. } => {
                 q.fill(0.0);
                 v.fill(0.0);
-                let columns = to_physical.column_iter();
-                for (&z, column) in state.iter().flatten().zip(columns) {
-                    q.axpy(z, &column.rows(0, self.n), 1.0);
-                    v.axpy(z, &column.rows(self.n, self.n), 1.0);
+                let columns = to_physical.as_slice().chunks_exact(2 * self.n);
+                for (z, column) in state.iter().flatten().zip(columns) {
+                    for (x, y) in q.iter_mut().chain(&mut *v).zip(column) {
+                        *x += y * z;
+                    }
                 }
             }
             Coordinates::Physical => {
@@ -247,11 +262,7 @@ impl ModalForm {
 
     /// The jump of the state when the velocity jumps by `b`.
     pub fn velocity_jump(&self, b: &DVector<f64>) -> Vec<Pair> {
-        match &self.coordinates {
-            Coordinates::Real(shapes) => shapes.to_modal(b).iter().map(|&x| [0.0, x]).collect(),
-            Coordinates::Complex { to_modal, .. } => pairs(&(to_modal.columns(self.n, self.n) * b)),
-            Coordinates::Physical => b.iter().map(|&x| [0.0, x]).collect(),
-        }
+        self.to_modal(&vec![0.0; self.n], b.as_slice()).to_vec()
     }
 
     /// The rate of change of the state under the constant force `f0`.
@@ -394,7 +405,7 @@ mod tests {
             let system = LinearSystem::new(mass.clone(), c, k).expect("valid");
             let form = ModalForm::new(&system).expect("converges");
             let (q, v, n) = (dvector![0.3, -0.7], dvector![1.1, 0.4], dvector![0.6, -0.8]);
-            let state = form.to_modal(&q, &v);
+            let state = form.to_modal(q.as_slice(), v.as_slice());
             let (q2, v2) = form.to_physical(&state);
             assert!((&q2 - &q).amax() < 1e-14 && (&v2 - &v).amax() < 1e-14);
             let dot = |row: Vec<Pair>| {

@@ -33,28 +33,42 @@ impl Shapes {
         }
     }
 
-    /// `Phi^T M x = Phi^-1 x`: what a displacement or velocity is in the modes.
-    pub fn to_modal(&self, x: &DVector<f64>) -> DVector<f64> {
+    /// `Phi^T M x = Phi^-1 x` of a displacement and of a velocity: what they are in the modes.
+    pub fn to_modal(&self, q: &[f64], v: &[f64]) -> Vec<Pair> {
         match self {
             Self::Diagonal { order, root_mass } => {
-                DVector::from_fn(order.len(), |j, _| x[order[j]] * root_mass[order[j]])
+                let pair = |&i: &usize| [q[i], v[i]].map(|x| x * root_mass[i]);
+                order.iter().map(pair).collect()
             }
-            Self::Dense { inverse, .. } => inverse * x,
+            Self::Dense { inverse, .. } => {
+                let mut pairs = vec![[0.0; 2]; q.len()];
+                let columns = inverse.as_slice().chunks_exact(q.len());
+                for (column, (q, v)) in columns.zip(q.iter().zip(v)) {
+                    for (z, x) in pairs.iter_mut().zip(column) {
+                        *z = [z[0] + x * q, z[1] + x * v];
+                    }
+                }
+                pairs
+            }
         }
     }
 
-    /// `Phi y` into x, where y is the first or the second of each pair.
-    pub fn fill_physical(&self, pairs: &[Pair], which: usize, x: &mut DVector<f64>) {
+    /// `Phi y` into q and v, where y are the first and the second of each pair.
+    pub fn fill_physical(&self, pairs: &[Pair], q: &mut [f64], v: &mut [f64]) {
         match self {
             Self::Diagonal { order, root_mass } => {
                 for (z, &i) in pairs.iter().zip(order) {
-                    x[i] = z[which] / root_mass[i];
+                    [q[i], v[i]] = z.map(|z| z / root_mass[i]);
                 }
             }
             Self::Dense { shapes, .. } => {
-                x.fill(0.0);
-                for (z, shape) in pairs.iter().zip(shapes.column_iter()) {
-                    x.axpy(z[which], &shape, 1.0);
+                q.fill(0.0);
+                v.fill(0.0);
+                for (z, shape) in pairs.iter().zip(shapes.as_slice().chunks_exact(q.len())) {
+                    for ((q, v), x) in q.iter_mut().zip(&mut *v).zip(shape) {
+                        *q += x * z[0];
+                        *v += x * z[1];
+                    }
                 }
             }
         }
@@ -244,10 +258,9 @@ mod tests {
             .expect("symmetric");
         assert_eq!(modes.w2, dvector![9.0, 16.0]);
         assert_eq!(modes.shapes.to_dense(), dmatrix![0.0, 0.5; 1.0, 0.0]);
-        let (x, mut back) = (dvector![0.3, 0.7], dvector![f64::NAN, f64::NAN]);
-        let y = modes.shapes.to_modal(&x);
-        let pairs = [[0.0, y[0]], [0.0, y[1]]];
-        modes.shapes.fill_physical(&pairs, 1, &mut back);
-        assert!((back - x).amax() < 1e-16);
+        let pairs = modes.shapes.to_modal(&[0.3, 0.7], &[-0.1, 0.9]);
+        let (mut q, mut v) = ([f64::NAN; 2], [f64::NAN; 2]);
+        modes.shapes.fill_physical(&pairs, &mut q, &mut v);
+        assert!((dvector![q[0], q[1], v[0], v[1]] - dvector![0.3, 0.7, -0.1, 0.9]).amax() < 1e-15);
     }
 }

@@ -8,7 +8,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
     ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, SegmentKind,
-    constrained_motions, joined,
+    constrained_motions,
 };
 use crate::impact::Impact;
 use crate::modal::ModalState;
@@ -239,7 +239,7 @@ impl OrbitMotion {
             Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
                 let motion = ClosedFormMaps::new(modal, phase, held.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
-                let states = |pairs: &ModalState| joined(&modal.form.to_physical(pairs));
+                let states = |pairs: &ModalState| modal.form.state_of(pairs);
                 over_flights(
                     &motion,
                     (pattern, flights),

@@ -4,7 +4,6 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
-use crate::hybrid::joined;
 use crate::impact::wrapped;
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalForm, ModalState, Response};
@@ -285,11 +284,7 @@ impl Pulses {
     /// The train of a motion from the states behind its impacts: what each flight ends with is turned by the next impulse.
     pub fn train(&self, instants: &[f64], after: &[DVector<f64>]) -> PulseTrain {
         let count = self.len();
-        let n = self.decay.blocks.len();
-        let after = after.iter().map(|x| {
-            let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
-            self.modal.form.to_modal(&q, &v)
-        });
+        let after = after.iter().map(|x| self.modal.form.pairs_of(x));
         let after: Vec<ModalState> = after.collect();
         let change = |i: usize| {
             let last = (i + count - 1) % count;
@@ -326,7 +321,7 @@ impl Pulses {
 
     /// A state in coordinates.
     pub fn physical(&self, state: &ModalState) -> DVector<f64> {
-        joined(&self.modal.form.to_physical(state))
+        self.modal.form.state_of(state)
     }
 
     /// The speeds at which the stops are approached.

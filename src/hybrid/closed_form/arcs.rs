@@ -41,7 +41,9 @@ impl<F: LinearFlow> FreeArc<'_, '_, F> {
             ..
         } = &mut *self.looks;
         self.flow.modal_from_state(state, modal_state);
-        self.scene.form.fill_physical(modal_state, physical);
+        let (q, v) = &mut *physical;
+        let (q, v) = (q.as_mut_slice(), v.as_mut_slice());
+        self.scene.form.fill_physical(modal_state, q, v);
         physical
     }
 }
@@ -146,7 +148,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 motion: &motion,
                 at: self.moment(),
                 start: (&q, &v),
-                modal_state: self.scene.form.to_modal(&q, &v),
+                modal_state: self.scene.form.to_modal(q.as_slice(), v.as_slice()),
             };
             self.record_along(SegmentKind::Chatter, (span, None), &mut arc, recorder);
         }

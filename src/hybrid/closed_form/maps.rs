@@ -54,12 +54,7 @@ impl<'a> ClosedFormMaps<'a> {
 
     /// A state in modal pairs.
     pub fn modal(&self, state: &DVector<f64>) -> ModalState {
-        let (q, v) = halves(state);
-        self.scene.form.to_modal(&q, &v)
-    }
-
-    fn physical(&self, modal: &ModalState) -> DVector<f64> {
-        joined(&self.scene.form.to_physical(modal))
+        self.scene.form.pairs_of(state)
     }
 
     fn moment(&self, t: f64) -> Moment {
@@ -105,7 +100,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
         }
         let mut modal = self.modal(state);
         with_flow!(&*self.flow, f => propagate(f, self.moment(start), end - start, &mut modal));
-        *state = self.physical(&modal);
+        *state = self.scene.form.state_of(&modal);
         if deviations.ncols() > 0 {
             let mut carried = &self.to_modal * &*deviations;
             self.scene.form.propagate(end - start, &mut carried);
@@ -118,7 +113,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
         let modal = self.modal(state);
         let mut rate = ModalState::from(vec![[0.0; 2]; modal.len()]);
         self.scene.rate(&modal, self.moment(t), &mut rate);
-        let mut rate = self.physical(&rate);
+        let mut rate = self.scene.form.state_of(&rate);
         if !held.is_empty() {
             let n = rate.len() / 2;
             let (normals, reactions) = self.scene.geometry.directions(held);
@@ -153,9 +148,11 @@ impl HybridMaps for ClosedFormMaps<'_> {
         let impulses = &impulse_matrix * approach;
         let mut v = state.rows_mut(n, n);
         v -= &reactions * &impulses;
-        let mut dv = deviations.rows_mut(n, n);
-        let change = reactions * (impulse_matrix * normals.tr_mul(&dv));
-        dv -= change;
+        if deviations.ncols() > 0 {
+            let mut dv = deviations.rows_mut(n, n);
+            let change = reactions * (impulse_matrix * normals.tr_mul(&dv));
+            dv -= change;
+        }
         Ok(impulses.iter().copied().collect())
     }
 

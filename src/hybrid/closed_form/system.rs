@@ -136,7 +136,10 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.changed();
         self.clock = self.clock.after(span);
-        let (modal_state, at) = (self.scene.form.to_modal(q, v), self.moment());
+        let (modal_state, at) = (
+            self.scene.form.to_modal(q.as_slice(), v.as_slice()),
+            self.moment(),
+        );
         (self.flow).state_from_modal(&modal_state, at, &mut self.state);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
@@ -408,10 +411,8 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
         let g = &self.scene.geometry;
         let (normal, reaction) = (g.normals.column(stop), g.reactions.column(stop));
         let shift = reaction * (self.gap(stop).gap / normal.dot(&reaction));
-        let moved = self
-            .scene
-            .form
-            .to_modal(&shift, &DVector::zeros(shift.len()));
+        let still = vec![0.0; shift.len()];
+        let moved = self.scene.form.to_modal(shift.as_slice(), &still);
         for (z, step) in self.state.iter_mut().zip(&moved) {
             *z = [z[0] + step[0], z[1] + step[1]];
         }
@@ -491,7 +492,10 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.holding = None;
         self.placed.clear();
         self.clock = self.clock.at(t);
-        let (modal_state, at) = (self.scene.form.to_modal(q, v), self.moment());
+        let (modal_state, at) = (
+            self.scene.form.to_modal(q.as_slice(), v.as_slice()),
+            self.moment(),
+        );
         (self.flow).state_from_modal(&modal_state, at, &mut self.state);
     }
 
