@@ -25,7 +25,7 @@
 //! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
-use crate::hybrid::maps::{HybridMaps, project_onto};
+use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
 use crate::impact::CompleteChatter;
 use crate::model::DIFFERENCE;
 use crate::tolerance::CHATTER_DEPTH;
@@ -77,17 +77,17 @@ fn failed(iterations: usize, residual: f64) -> Error {
     }
 }
 
-/// The impacts on a stop from a state before one of them, which changes at a rate in free motion.
+/// The impacts on a stop from a state before one of them, with its gap there and the rate of the state in free motion.
 fn sequence<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
     (t, state): (f64, &DVector<f64>),
-    rate: &DVector<f64>,
+    (gap, rate): (&GapAt, &DVector<f64>),
 ) -> Result<CompleteChatter> {
     let n = state.len() / 2;
     Ok(CompleteChatter {
         restitution: motion.restitution(stop),
-        speed: motion.gap(stop, t, state)?.speed(state.rows(n, n)),
+        speed: gap.speed(state.rows(n, n)),
         acceleration: motion.gap_acceleration(stop, t, state, rate)?,
     })
 }
@@ -114,13 +114,13 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
     y: &mut Timed,
 ) -> Result<Chatter> {
     // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
-    let first = motion.gap(stop, y.time, &y.state)?;
-    let level = first.gap;
-    let level_deviations = first.timed_deviations(&y.deviations, &y.delays);
+    let mut there = motion.gap(stop, y.time, &y.state)?;
+    let level = there.gap;
+    let level_deviations = there.timed_deviations(&y.deviations, &y.delays);
     let mut bounces = Vec::new();
     let mut arrival = motion.rate(&[], y.time, &y.state)?;
     loop {
-        let rest = sequence(motion, stop, (y.time, &y.state), &arrival)?;
+        let rest = sequence(motion, stop, (y.time, &y.state), (&there, &arrival))?;
         if !(rest.speed < 0.0 && rest.acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
             return Err(failed(bounces.len(), rest.speed));
         }
@@ -153,7 +153,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         let end = y.time + span;
         motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
         arrival = motion.rate(&[], end, &y.state)?;
-        let there = motion.gap(stop, end, &y.state)?;
+        there = motion.gap(stop, end, &y.state)?;
         let speed = there.speed(arrival.rows(0, there.gradient.len()));
         y.delays = (&level_deviations - there.deviations(&carried)) / speed;
         y.deviations = carried + &arrival * y.delays.transpose();
@@ -234,7 +234,8 @@ fn rest<M: HybridMaps + ?Sized>(
     state: &DVector<f64>,
 ) -> Result<(f64, DVector<f64>)> {
     let rate = motion.rate(&[], t, state)?;
-    let rest = sequence(motion, stop, (t, state), &rate)?;
+    let gap = motion.gap(stop, t, state)?;
+    let rest = sequence(motion, stop, (t, state), (&gap, &rate))?;
     let mut struck = state.clone();
     motion.impact(&[stop], t, &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
     let mut end = rest.end(state, rate, struck);

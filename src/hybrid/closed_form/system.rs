@@ -132,15 +132,18 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         modal_state
     }
 
+    /// Makes a position and velocity the state at the present time.
+    fn set(&mut self, q: &DVector<f64>, v: &DVector<f64>) {
+        let modal_state = self.scene.form.to_modal(q.as_slice(), v.as_slice());
+        let at = self.moment();
+        (self.flow).state_from_modal(&modal_state, at, &mut self.state);
+    }
+
     /// Puts the present state at a position and velocity, a time later.
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.changed();
         self.clock = self.clock.after(span);
-        let (modal_state, at) = (
-            self.scene.form.to_modal(q.as_slice(), v.as_slice()),
-            self.moment(),
-        );
-        (self.flow).state_from_modal(&modal_state, at, &mut self.state);
+        self.set(q, v);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
         let unknown = gaps.map(|(clearance, normal)| {
@@ -492,11 +495,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.holding = None;
         self.placed.clear();
         self.clock = self.clock.at(t);
-        let (modal_state, at) = (
-            self.scene.form.to_modal(q.as_slice(), v.as_slice()),
-            self.moment(),
-        );
-        (self.flow).state_from_modal(&modal_state, at, &mut self.state);
+        self.set(q, v);
     }
 
     fn advance_to_event(
