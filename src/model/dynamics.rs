@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::small;
-use crate::model::excitation::{Excitation, HarmonicPart};
+use crate::model::excitation::Excitation;
 use crate::model::input::{Driven, Input, Swing};
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
@@ -194,13 +194,14 @@ pub(crate) struct NonlinearMotion {
 impl NonlinearMotion {
     /// The motion of a system on which something acts.
     pub fn new(system: &NonlinearSystem, excitation: &Excitation) -> Self {
-        let acts = excitation.harmonics.iter().any(HarmonicPart::is_force);
-        let acting = (acts || !excitation.load.is_empty()).then_some(excitation);
-        let over_mass = acting.and_then(|acting| over(&system.constant_mass()?, acting));
+        let mass = (excitation.acts())
+            .then(|| system.constant_mass())
+            .flatten();
+        let over_mass = mass.and_then(|mass| over(&mass, excitation));
         Self {
             system: system.clone(),
             is_over_mass: over_mass.is_some(),
-            force: over_mass.as_ref().or(acting).and_then(Driven::new),
+            force: Driven::new(over_mass.as_ref().unwrap_or(excitation)),
         }
     }
 }

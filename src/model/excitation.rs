@@ -269,6 +269,14 @@ impl Excitation {
         all
     }
 
+    /// Whether anything acts on the coordinates: stops that move have rotations and signals of their own, without force.
+    pub fn acts(&self) -> bool {
+        let moves_base = |part: &HarmonicPart| part.base != Complex::default();
+        !self.load.is_empty()
+            || (self.harmonics.iter()).any(|part| part.is_force() || moves_base(part))
+            || (self.signals.iter()).any(|part| part.base != 0.0 || !part.force.is_empty())
+    }
+
     /// How a stop moves, if it does.
     pub fn motion_of(&self, stop: usize) -> Option<&GapMotion> {
         self.stops.get(stop).and_then(Option::as_ref)

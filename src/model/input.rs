@@ -55,6 +55,9 @@ pub(crate) struct Swing {
 impl Driven {
     /// What acts on the coordinates of a system; `None` where nothing does.
     pub fn new(excitation: &Excitation) -> Option<Self> {
+        if !excitation.acts() {
+            return None;
+        }
         let Excitation {
             load,
             harmonics,
@@ -62,9 +65,6 @@ impl Driven {
             signals,
             ..
         } = excitation;
-        if load.is_empty() && harmonics.is_empty() && signals.is_empty() {
-            return None;
-        }
         let is_usual = |part: &&HarmonicPart| rotations.n_harmonics > 0 && part.base.im == 0.0;
         let first = harmonics.first().filter(is_usual);
         let rest = &harmonics[usize::from(first.is_some())..];
