@@ -10,14 +10,15 @@ import base64
 import hashlib
 import json
 import os
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _core, _json
-from vibroimpact._fingerprint import fingerprint
+from vibroimpact import _core, _fingerprint, _json, _own_code
 from vibroimpact._tiles import Tile, tile_shape
 
 #: Counts what older libraries cannot read.
@@ -27,15 +28,20 @@ FORMAT = 1
 _CELLS, _CHUNKS = 1 << 14, 1 << 10
 
 
-def check_overwrite(overwrite: object) -> None:
-    """Refuse what is neither True nor False."""
+def check_options(overwrite: object, key: object) -> None:
+    """Refuse an `overwrite` that is neither True nor False, a `key` that is no text."""
     if not isinstance(overwrite, bool):
         message = f"overwrite is {overwrite!r}, but True or False is needed"
+        raise TypeError(message)
+    if not isinstance(key, (str, type(None))):
+        message = f"key is {key!r}, but a text is needed, or None"
         raise TypeError(message)
 
 
 class Store:
     """Arrays over the cells of a plane, shape (ny, nx), written chunk by chunk.
+
+    `key` stands for code that cannot be looked through.
 
     Raises
     ------
@@ -54,12 +60,14 @@ class Store:
         columns: dict[str, tuple[str, Any]],
         *,
         overwrite: bool,
+        key: str | None = None,
     ) -> None:
         self._zarr, self._store, self._name = _zarr(), store, _shown(store)
-        told = {name: _told(name, value) for name, value in arguments.items()}
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-        made = {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": told, "hash": digest}
+        keyed = arguments if key is None else arguments | {"key": key}
+        made = _made(kind, {name: _told(name, value, _Arguments(key)) for name, value in keyed.items()})
         group = _opened(self._zarr, store)
+        if group is not None and key is None:
+            self._take_over(group, made, arguments)
         is_other = group is not None and self._is_other(dict(group.attrs), made, overwrite)
         if group is None or is_other:
             group = self._created(made, is_other)
@@ -95,6 +103,25 @@ class Store:
             message = f"store is {self._name}, but {differs}: overwrite=True replaces it"
             raise ValueError(message)
         return differs is not None
+
+    def _take_over(self, group: Any, made: dict[str, Any], arguments: dict[str, Any]) -> None:
+        """Go on with a store that knows functions by their own code, where that is the same; it knows the rest from now on."""
+        found = group.attrs.get("vibroimpact")
+        if not isinstance(found, dict) or found.get("hash") == made["hash"] or not _knows_own_code(found):
+            return
+        encoders = {name: _OwnCode() for name in arguments}
+        try:
+            own = _made(made["type"], {name: _told(name, value, encoders[name]) for name, value in arguments.items()})
+        except ValueError:
+            return
+        if any(encoder.is_blind for encoder in encoders.values()) or _difference(found, own) is not None:
+            return
+        self._tried(lambda: group.update_attributes({"vibroimpact": made}))
+        warnings.warn(
+            f"store {self._name} was made by a version that told functions by their own code alone, which is the same: it goes "
+            "on, and from now on what they read and call is told too; whether that has changed since cannot be said",
+            stacklevel=5,
+        )
 
     def _array(self, name: str, **options: Any) -> Any:
         """Return an array of the group, made if it is not there."""
@@ -151,8 +178,40 @@ def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
     if found.get("hash") == made["hash"]:
         return None
     own, theirs = made["arguments"], found.get("arguments", {})
-    first = next((name for name in own if theirs.get(name) != own[name]), "hash")
+    first = next((name for name in {**own, **theirs} if theirs.get(name) != own.get(name)), "hash")
+    if _knows_own_code(found) and '"parts"' in json.dumps(own.get(first)):
+        return f"a version made it that did not look through all code: that of {first} is another, or it did not see it"
+    functions = [list(_functions(one.get(first))) for one in (own, theirs)]
+    for mine, other in zip(*functions, strict=False):
+        changed = sorted(name for name in {**mine, **other} if mine.get(name) != other.get(name))
+        if changed:
+            # What leads to others changes where these are not the same ones.
+            return f"it was made with another {first}: {', '.join(changed[:4])}{' ...' if changed[4:] else ''} changed"
     return f"it was made with another {first}"
+
+
+def _made(kind: str, told: dict[str, Any]) -> dict[str, Any]:
+    """Return what a store keeps of the call that makes it."""
+    digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    return {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": told, "hash": digest}
+
+
+def _functions(told: Any) -> Iterator[dict[str, str]]:
+    """Iterate over the parts of all callables in what was told."""
+    if isinstance(told, dict):
+        if isinstance(told.get("parts"), dict):
+            yield told["parts"]
+        else:
+            told = list(told.values())
+    if isinstance(told, list):
+        for one in told:
+            yield from _functions(one)
+
+
+def _knows_own_code(found: dict[str, Any]) -> bool:
+    """Whether a store tells callables as up to version 0.2.0."""
+    text = json.dumps(found.get("arguments"))
+    return '"function"' in text and '"parts"' not in text
 
 
 def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:
@@ -219,6 +278,14 @@ def _opened(zarr: Any, store: Any) -> Any:
 class _Arguments(_json.Encoder):
     """Arguments that need not be made again: functions by what tells them apart."""
 
+    def __init__(self, key: str | None = None) -> None:
+        super().__init__({})
+        self._key = key
+
+    def encoded(self, value: Any, where: str) -> Any:
+        # A list that can be called is more than its items.
+        return self.other(value, where) if callable(value) and not self._is_ours(value) else super().encoded(value, where)
+
     def known(self, value: Any, where: str) -> Any:
         try:
             return self.by_arguments(value, where)
@@ -229,12 +296,30 @@ class _Arguments(_json.Encoder):
     def other(self, value: Any, where: str) -> Any:
         if isinstance(value, np.generic):
             return self.encoded(value.item(), where)
-        return {"function": fingerprint(value)} if callable(value) else super().other(value, where)
+        return self.function(value, where)
+
+    def function(self, value: Any, where: str) -> Any:
+        """Return a callable, or what stands for one, as JSON has it."""
+        try:
+            return {"function": {"name": _fingerprint.named(value), "parts": _fingerprint.parts(value, self._key)}}
+        except ValueError as error:
+            message = f"{where}: {error}"
+            raise ValueError(message) from None
 
 
-def _told(name: str, value: Any) -> dict[str, Any]:
+class _OwnCode(_Arguments):
+    """Arguments as they were told up to version 0.2.0, functions by their own code."""
+
+    is_blind = False
+
+    def function(self, value: Any, where: str) -> Any:
+        self.is_blind |= not _own_code.was_told(value)
+        return {"function": _own_code.fingerprint(value)}
+
+
+def _told(name: str, value: Any, encoder: _Arguments | None = None) -> dict[str, Any]:
     """Return a value as JSON has it, its arrays as text."""
-    encoder = _Arguments({})
+    encoder = encoder or _Arguments()
     told = encoder.encoded(value, name)
     arrays = {
         key: [array.dtype.str, list(array.shape), base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()]

@@ -17,7 +17,7 @@ from vibroimpact._kept import with_scene, without_scene
 from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, check_overwrite, untold
+from vibroimpact._store import Store, check_options, untold
 from vibroimpact._tiles import Tile
 from vibroimpact.attractors import Attractor, Attractors, check_all, checked_box, find_attractors
 
@@ -128,6 +128,7 @@ def basins(
     workers: _workers.Workers = None,
     store: Any = None,
     overwrite: bool = False,
+    key: str | None = None,
     progress: bool = False,
 ) -> Basins:
     """Say of each state of a plane to which attractor it leads.
@@ -167,9 +168,13 @@ def basins(
         As for ``simulate_many``. The bits are the same with any.
     store : str, path-like or store of zarr, optional
         A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
-        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their own code.
+        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their code, values
+        and attributes, and by those of all that they read and call outside of libraries; objects by what pickle keeps of them,
+        so that what a call changes in them can be left out by ``__getstate__``.
     overwrite : bool, default False
         Whether a store that other arguments have made is replaced; one that the same have made is gone on with.
+    key : str, optional
+        A text that stands for code that a store cannot look through, as functions compiled from C: another code, another key.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -183,7 +188,8 @@ def basins(
     ValueError
         Other than two axes, axes or numbers that are not finite, a coordinate without either, ``impact`` with q or v or more than
         one degree of freedom; a scene without a forcing period; attractors of another scene; a store that is a file, has
-        something else in it, or was made with other arguments.
+        something else in it, or was made with other arguments or other code, or, without a key, a function with a part that
+        cannot be looked through.
     OSError
         A store that cannot be written. What it had before is kept.
 
@@ -195,7 +201,7 @@ def basins(
     >>> found.labels.shape, [one.n_periods for one in found.attractors]
     ((20, 20), [3, 1])
     """
-    check_overwrite(overwrite)
+    check_options(overwrite, key)
     if hits is not None and (isinstance(hits, bool) or not isinstance(hits, (int, np.integer))):
         message = f"hits is {hits!r}, but a whole number is needed"
         raise TypeError(message)
@@ -225,7 +231,7 @@ def basins(
             "rtol": float(rtol),
             "atol": float(atol),
         }
-        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, _COLUMNS, overwrite=overwrite)
+        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, _COLUMNS, overwrite=overwrite, key=key)
     if attractors is None and kept is not None and (known := kept.kept("attractors")) is not None:
         attractors = with_scene(known, scene)
     if attractors is None:
