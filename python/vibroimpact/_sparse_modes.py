@@ -295,7 +295,9 @@ def clamped(loads: _Array, answers: _Array, mass: Any, lowest: float) -> NDArray
 
 
 def _dense_modes(mass: Any, flexibility: Flexibility, n_modes: int, least: int) -> _Array:
-    """Return the lowest elastic modes, so many at least, as the largest compliances ``1/w^2``, of ``L^T K^-1 L`` with ``M = L L^T``.
+    """Return the lowest elastic modes, so many at least, as the largest compliances ``1/w^2``.
+
+    These are eigenvalues of ``L^T K^-1 L`` with ``M = L L^T``.
 
     Rounding is relative to the largest of them, so that the lowest modes are right whatever the stiffest unknown is, as one
     clamped by a penalty; a rigid-body motion has none.

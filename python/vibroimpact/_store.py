@@ -6,8 +6,6 @@ each chunk, says where something was.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 import os
 import warnings
@@ -18,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _core, _fingerprint, _json, _own_code
-from vibroimpact._tiles import Tile, tile_shape
+from vibroimpact import _core
+from vibroimpact._tiles import Tile, tile_shape, tiles
+from vibroimpact._told import Arguments, OwnCode, digest, told, untold
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -64,7 +63,7 @@ class Store:
     ) -> None:
         self._zarr, self._store, self._name = _zarr(), store, _shown(store)
         keyed = arguments if key is None else arguments | {"key": key}
-        made = _made(kind, {name: _told(name, value, _Arguments(key)) for name, value in keyed.items()})
+        made = _made(kind, {name: told(name, value, Arguments(key)) for name, value in keyed.items()})
         group = _opened(self._zarr, store)
         if group is not None and key is None:
             self._take_over(group, made, arguments)
@@ -74,9 +73,11 @@ class Store:
         self._group = group
         ny, nx = axes["y"].size, axes["x"].size
         self.cells = max(_CELLS, -(-nx * ny // _CHUNKS))
-        wanted = {"shape": (ny, nx), "chunks": tile_shape(self.cells, nx), "dimension_names": ("y", "x")}
+        # With a checksum, by which changed bytes are seen.
+        packed = {"compressors": self._zarr.codecs.ZstdCodec(checksum=True)}
+        wanted = {"shape": (ny, nx), "chunks": tile_shape(self.cells, nx), "dimension_names": ("y", "x"), **packed}
         for name, values in axes.items():
-            self._array(name, data=values, dimension_names=(name,))
+            self._array(name, data=values, dimension_names=(name,), **packed)
         self._arrays = {
             name: self._array(name, dtype=dtype, fill_value=fill, **wanted) for name, (dtype, fill) in columns.items()
         }
@@ -109,9 +110,9 @@ class Store:
         found = group.attrs.get("vibroimpact")
         if not isinstance(found, dict) or found.get("hash") == made["hash"] or not _knows_own_code(found):
             return
-        encoders = {name: _OwnCode() for name in arguments}
+        encoders = {name: OwnCode() for name in arguments}
         try:
-            own = _made(made["type"], {name: _told(name, value, encoders[name]) for name, value in arguments.items()})
+            own = _made(made["type"], {name: told(name, value, encoders[name]) for name, value in arguments.items()})
         except ValueError:
             return
         if any(encoder.is_blind for encoder in encoders.values()) or _difference(found, own) is not None:
@@ -143,15 +144,36 @@ class Store:
     def kept(self, name: str) -> Any:
         """Return what was kept beside the arrays, None if nothing was."""
         found = self._group.attrs.get(name)
-        return None if found is None else untold(found)
+        try:
+            return None if found is None else untold(found)
+        except Exception as error:
+            message = f"store is {self._name}, but its {name} were changed or cut: overwrite=True does not mend it, remove it"
+            raise ValueError(message) from error
 
     def keep(self, name: str, value: Any) -> None:
         """Keep a value beside the arrays."""
-        self._tried(lambda: self._group.update_attributes({name: _told(name, value)}))
+        kept = told(name, value)
+        self._tried(lambda: self._group.update_attributes({name: kept | {"hash": digest(kept)}}))
 
     def read(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays as they are now."""
-        return {name: np.asarray(array[:]) for name, array in self._arrays.items()}
+        """Return the arrays as they are now; a chunk that was cut or changed is one that has not been written."""
+        try:
+            return {name: np.asarray(array[:]) for name, array in self._arrays.items()}
+        except OSError:
+            raise
+        except Exception:  # whatever its codecs make of other bytes: look for the chunks that can be read
+            shape = next(iter(self._arrays.values())).shape
+            found = {name: np.full(shape, array.fill_value, array.dtype) for name, array in self._arrays.items()}
+            for chunk in tiles(range(shape[0]), range(shape[1]), self.cells):
+                try:
+                    parts = {name: np.asarray(array[chunk]) for name, array in self._arrays.items()}
+                except OSError:
+                    raise
+                except Exception:
+                    continue
+                for name, part in parts.items():
+                    found[name][chunk] = part
+            return found
 
     def lacks(self, arrays: dict[str, NDArray[Any]], chunk: Tile) -> bool:
         """Whether cells of a chunk have not been found, by the last array."""
@@ -190,10 +212,9 @@ def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
     return f"it was made with another {first}"
 
 
-def _made(kind: str, told: dict[str, Any]) -> dict[str, Any]:
+def _made(kind: str, arguments: dict[str, Any]) -> dict[str, Any]:
     """Return what a store keeps of the call that makes it."""
-    digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-    return {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": told, "hash": digest}
+    return {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": arguments, "hash": digest(arguments)}
 
 
 def _functions(told: Any) -> Iterator[dict[str, str]]:
@@ -214,19 +235,25 @@ def _knows_own_code(found: dict[str, Any]) -> bool:
     return '"function"' in text and '"parts"' not in text
 
 
-def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the type of a store, its attributes and its arrays, those of its axes too.
+def contents(
+    path: str | os.PathLike[str], columns: dict[str, dict[str, tuple[str, Any]]]
+) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:
+    """Return the type of a store, its attributes and its arrays, those of its axes too; `columns` are those of each type.
 
     Raises
     ------
     ValueError
-        A folder that is no store, or one of a newer format.
+        A folder that is no store, one of a newer format, or one that was changed or cut.
     """
     zarr = _zarr()
     try:
         group = zarr.open_group(path, mode="r")
     except FileNotFoundError:
         group = None
+    except (OSError, ImportError):
+        raise
+    except Exception as error:  # whatever zarr makes of files that are not its own
+        raise _changed(path, error) from error
     attributes = {} if group is None else dict(group.attrs)
     made = attributes.get("vibroimpact")
     if group is None or not isinstance(made, dict) or not isinstance(made.get("format"), int):
@@ -236,12 +263,61 @@ def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[st
         newer = f"its format {made['format']} is newer than {FORMAT}, the newest that this version reads"
         message = f"path is {_shown(path)}, but {newer}"
         raise ValueError(message)
-    if made["type"] == "Basins" and '"function"' in json.dumps(made["arguments"]["scene"]["value"]):
+    try:
+        kind, arguments = str(made["type"]), made["arguments"]
+        if made["hash"] != digest(arguments):
+            raise ValueError("its arguments are not those of its hash")
+        of_functions = kind == "Basins" and any(_is_function(arguments["scene"]["value"]))
+        arrays = {} if of_functions else _arrays(group, columns[kind])
+    except (OSError, ImportError):
+        raise
+    except Exception as error:
+        raise _changed(path, error) from error
+    if of_functions:
         reason = "its scene is made of functions, which it does not hold: the same call of basins opens it"
         message = f"path is {_shown(path)}, but {reason}"
         raise ValueError(message)
-    arrays = {name: np.asarray(array[:]) for name, array in group.arrays()}
-    return str(made["type"]), attributes | {"arguments": made["arguments"]}, arrays
+    return kind, attributes | {"arguments": arguments}, arrays
+
+
+def _changed(path: Any, error: Exception) -> ValueError:
+    return ValueError(f"path is {_shown(path)}, but it was changed or cut: {error!r}")
+
+
+def _is_function(told: Any) -> Iterator[bool]:
+    """Iterate over what was told: whether it stands for a callable."""
+    if isinstance(told, dict):
+        yield "function" in told
+        told = list(told.values())
+    if isinstance(told, list):
+        for one in told:
+            yield from _is_function(one)
+
+
+def _arrays(group: Any, columns: dict[str, tuple[str, Any]]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a store, which are those that it was made with."""
+    found = dict(group.arrays())
+    shape = tuple(found[axis].shape[0] for axis in ("y", "x"))
+    wanted = {"x": ("f8", 0.0), "y": ("f8", 0.0)} | columns
+    if set(found) != set(wanted):
+        message = f"it has arrays {sorted(found)}, not {sorted(wanted)}"
+        raise ValueError(message)
+    for name, (dtype, fill) in wanted.items():
+        array = found[name]
+        is_same = array.fill_value == fill or (fill != fill and array.fill_value != array.fill_value)
+        if array.dtype != np.dtype(dtype) or not is_same or (name in columns and array.shape != shape):
+            message = (
+                f"its array {name!r} is of type {array.dtype} and shape {array.shape}, with {array.fill_value!r} where it is open"
+            )
+            raise ValueError(message)
+    return {name: np.asarray(array[:]) for name, array in found.items()}
+
+
+def check_axes(arrays: dict[str, NDArray[Any]], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+    """Refuse axes in a store that are not those of its arguments."""
+    if not (np.array_equal(arrays["x"], x) and np.array_equal(arrays["y"], y)):
+        message = "its axes are not those of its arguments"
+        raise ValueError(message)
 
 
 def _zarr() -> Any:
@@ -273,64 +349,3 @@ def _opened(zarr: Any, store: Any) -> Any:
         message = f"store is {_shown(store)}, but that folder has something else in it"
         raise ValueError(message)
     return None
-
-
-class _Arguments(_json.Encoder):
-    """Arguments that need not be made again: functions by what tells them apart."""
-
-    def __init__(self, key: str | None = None) -> None:
-        super().__init__({})
-        self._key = key
-
-    def encoded(self, value: Any, where: str) -> Any:
-        # A list that can be called is more than its items.
-        return self.other(value, where) if callable(value) and not self._is_ours(value) else super().encoded(value, where)
-
-    def known(self, value: Any, where: str) -> Any:
-        try:
-            return self.by_arguments(value, where)
-        except TypeError as error:
-            message = f"{where}: {type(value).__name__} cannot be told from others: {error}"
-            raise ValueError(message) from None
-
-    def other(self, value: Any, where: str) -> Any:
-        if isinstance(value, np.generic):
-            return self.encoded(value.item(), where)
-        return self.function(value, where)
-
-    def function(self, value: Any, where: str) -> Any:
-        """Return a callable, or what stands for one, as JSON has it."""
-        try:
-            return {"function": {"name": _fingerprint.named(value), "parts": _fingerprint.parts(value, self._key)}}
-        except ValueError as error:
-            message = f"{where}: {error}"
-            raise ValueError(message) from None
-
-
-class _OwnCode(_Arguments):
-    """Arguments as they were told up to version 0.2.0, functions by their own code."""
-
-    is_blind = False
-
-    def function(self, value: Any, where: str) -> Any:
-        self.is_blind |= not _own_code.was_told(value)
-        return {"function": _own_code.fingerprint(value)}
-
-
-def _told(name: str, value: Any, encoder: _Arguments | None = None) -> dict[str, Any]:
-    """Return a value as JSON has it, its arrays as text."""
-    encoder = encoder or _Arguments()
-    told = encoder.encoded(value, name)
-    arrays = {
-        key: [array.dtype.str, list(array.shape), base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()]
-        for key, array in encoder.arrays.items()
-    }
-    return {"value": told, "arrays": arrays}
-
-
-def untold(told: dict[str, Any]) -> Any:
-    """Return what was told, KeyError where it had functions."""
-    arrays = {}
-    for key, (dtype, shape, text) in told["arrays"].items():
-        arrays[key] = np.frombuffer(base64.b64decode(text), dtype).reshape(shape).copy()
-    return _json.decoded(told["value"], arrays, {})

@@ -17,13 +17,14 @@ from vibroimpact._kept import with_scene, without_scene
 from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, check_options, untold
+from vibroimpact._store import Store, check_axes, check_options
 from vibroimpact._tiles import Tile
+from vibroimpact._told import untold
 from vibroimpact.attractors import Attractor, Attractors, check_all, checked_box, find_attractors
 
 __all__ = ["Basins", "Fit", "basins"]
 
-_COLUMNS: Columns = {"iterations": ("i4", 0), "labels": ("i2", OPEN)}
+COLUMNS: Columns = {"iterations": ("i4", 0), "labels": ("i2", OPEN)}
 
 
 _LEFT = {"lost": LOST, "inside a stop": INSIDE, "not worked out yet": OPEN}
@@ -231,7 +232,7 @@ def basins(
             "rtol": float(rtol),
             "atol": float(atol),
         }
-        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, _COLUMNS, overwrite=overwrite, key=key)
+        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, COLUMNS, overwrite=overwrite, key=key)
     if attractors is None and kept is not None and (known := kept.kept("attractors")) is not None:
         attractors = with_scene(known, scene)
     if attractors is None:
@@ -242,7 +243,7 @@ def basins(
             kept.keep("attractors", without_scene(attractors))
     shared = (plane, scene, seen(attractors), around, angles, options)
     shape, pieces = (plane.y.size, plane.x.size), _workers.count(workers)
-    found = worked_out(_tile, shared, shape, _COLUMNS, pieces, workers, progress, kept)
+    found = worked_out(_tile, shared, shape, COLUMNS, pieces, workers, progress, kept)
     own = attractors if isinstance(attractors, Attractors) else tuple(attractors)
     return Basins(found["labels"], found["iterations"], plane.x, plane.y, plane.x_name, plane.y_name, own)
 
@@ -272,5 +273,6 @@ def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Bas
     arguments = contents["arguments"]
     known = untold(contents["attractors"] if "attractors" in contents else arguments["attractors"])
     attractors = () if known is None else with_scene(known, untold(arguments["scene"]))
-    x_name, y_name = untold(arguments["plane"])[:2]
+    x_name, y_name, x, y = untold(arguments["plane"])[:4]
+    check_axes(arrays, x, y)
     return Basins(x_name=x_name, y_name=y_name, attractors=attractors, **arrays)

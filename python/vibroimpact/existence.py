@@ -13,12 +13,13 @@ from vibroimpact import _axis, _core, _workers
 from vibroimpact._cells import Columns, Found, worked_out
 from vibroimpact._core import Scene
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, check_options, untold
+from vibroimpact._store import Store, check_axes, check_options
 from vibroimpact._tiles import Tile
+from vibroimpact._told import untold
 
 __all__ = ["ExistenceMap", "existence_map"]
 
-_COLUMNS: Columns = {
+COLUMNS: Columns = {
     "is_admissible": ("?", False),
     "is_stable": ("?", False),
     "multiplier": ("f8", np.nan),
@@ -185,14 +186,15 @@ def existence_map(
     (x_name, x_values), (y_name, y_values) = axes
     kept = None
     if store is not None:
-        told = {"scene": scene, "pattern": pattern, "x": axes[0], "y": axes[1], "n_periods": n_periods}
-        kept = Store(store, "ExistenceMap", told, {"x": x_values, "y": y_values}, _COLUMNS, overwrite=overwrite, key=key)
+        arguments = {"scene": scene, "pattern": pattern, "x": axes[0], "y": axes[1], "n_periods": n_periods}
+        kept = Store(store, "ExistenceMap", arguments, {"x": x_values, "y": y_values}, COLUMNS, overwrite=overwrite, key=key)
     shared = (scene, pattern, n_periods, *axes)
-    found = worked_out(work, shared, (y_values.size, x_values.size), _COLUMNS, pieces, workers, progress, kept)
+    found = worked_out(work, shared, (y_values.size, x_values.size), COLUMNS, pieces, workers, progress, kept)
     return ExistenceMap(x_values, y_values, x_name, y_name, **found)
 
 
 def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> ExistenceMap:
     """Return the map that a store holds, finished or not."""
-    x_name, y_name = (untold(contents["arguments"][axis])[0] for axis in ("x", "y"))
+    (x_name, x), (y_name, y) = (untold(contents["arguments"][axis]) for axis in ("x", "y"))
+    check_axes(arrays, x, y)
     return ExistenceMap(x_name=x_name, y_name=y_name, **arrays)

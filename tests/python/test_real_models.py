@@ -185,7 +185,9 @@ def test_an_asymmetry_is_seen_beside_a_penalty():
     stiffness = np.array([[2.0, -1.0, 0.0], [-0.5, 2.0, 0.0], [0.0, 0.0, 1e36]])
     with pytest.raises(ValueError, match=r"stiffness\[\d, \d\] is .*it must be symmetric"):
         vi.reduce(np.ones(3), None, stiffness, n_modes=1)
-    with pytest.raises(ValueError, match=r"stiffness\[2, 2\] is 1e\+?36.*more than 1/EPSILON times as stiff.*leave a clamped unknown out"):
+    with pytest.raises(
+        ValueError, match=r"stiffness\[2, 2\] is 1e\+?36.*more than 1/EPSILON times as stiff.*leave a clamped unknown out"
+    ):
         vi.modes(vi.LinearSystem(np.ones(3), np.zeros(3), stiffness))
     # Squared frequencies are the roots of K itself, 2 -+ sqrt(0.5).
     stiffness[2, 2] = 1e12

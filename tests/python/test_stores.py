@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import _store
+from vibroimpact import _store, _told
 
 zarr = pytest.importorskip("zarr")
 
@@ -266,7 +266,7 @@ def test_cells_are_of_one_code(name, tmp_path):
 
 def as_of_0_2_0(path, arguments):
     """Let a store know its callables by their own code alone, as those of version 0.2.0 do."""
-    told = {name: _store._told(name, value, _store._OwnCode()) for name, value in arguments.items()}
+    told = {name: _told.told(name, value, _told.OwnCode()) for name, value in arguments.items()}
     header = json.loads((path / "zarr.json").read_text())
     header["attributes"]["vibroimpact"] = _store._made("ExistenceMap", told)
     (path / "zarr.json").write_text(json.dumps(header))
@@ -447,3 +447,79 @@ def test_an_install_without_zarr_says_what_it_needs(tmp_path, monkeypatch):
 def test_the_library_imports_no_engine():
     code = "import sys, vibroimpact; print([m for m in ('zarr', 'dask', 'distributed', 'mpi4py', 'joblib') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+def bytes_changed(rng, whole, k):
+    """Bytes with some bits flipped, every fourth time cut."""
+    changed = bytearray(whole)
+    if k % 4 == 3:
+        del changed[int(rng.integers(len(whole))) :]
+    else:
+        for place in rng.integers(len(whole), size=1 + k % 2):
+            changed[place] ^= 1 << int(rng.integers(8))
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("kind", ["Basins", "ExistenceMap"])
+def test_bytes_that_are_not_those_that_were_written(kind, whole, tmp_path):
+    """What a store holds is read as it was, but for cells that are not there any more, or refused; the same call goes on."""
+    path = tmp_path / "store.zarr"
+
+    def call():
+        return vi.basins(SCENE, **PLANE, store=path) if kind == "Basins" else vi.existence_map(*MAP, store=path)
+
+    made = call()
+    last, is_open = ("labels", -3) if kind == "Basins" else ("n_orbits", -1)
+    rng = np.random.default_rng(3)
+    refused = 0
+    files = sorted(file for file in path.rglob("*") if file.is_file())
+    for file in files:
+        kept = file.read_bytes()
+        for k in range(24 if file.name == "zarr.json" else 8):
+            file.write_bytes(bytes_changed(rng, kept, k))
+            try:
+                found = vi.load(path)
+            except ValueError as error:
+                refused += 1
+                assert "path is" in str(error)  # noqa: PT017
+            else:
+                there = getattr(found, last) != is_open
+                for name, array in found.to_arrays().items():
+                    own = np.ones(array.shape, bool) if array.ndim == 1 else there
+                    assert np.array_equal(array[own], made.to_arrays()[name][own], equal_nan=True)
+            file.write_bytes(kept)
+    assert refused > len(files)
+
+
+@pytest.mark.parametrize("kind", ["Basins", "ExistenceMap"])
+def test_chunks_that_were_cut_are_worked_out_again(kind, tmp_path):
+    path = tmp_path / "store.zarr"
+
+    def call():
+        return vi.basins(SCENE, **PLANE, store=path) if kind == "Basins" else vi.existence_map(*MAP, store=path)
+
+    made = call()
+    for name in made.to_arrays():
+        for k, file in enumerate(chunks(path, name)[1:4] if name not in ("x", "y") else []):
+            kept = file.read_bytes()
+            flipped = bytearray(kept)
+            flipped[len(kept) // 2] ^= 4
+            file.write_bytes(kept[: len(kept) // 2] if k % 2 else flipped)
+            with pytest.raises(ValueError, match="it was changed or cut"):
+                vi.load(path)
+            assert equal(call(), made)
+            assert equal(vi.load(path), made)
+
+
+def test_attractors_in_a_store_that_were_changed_are_refused(tmp_path):
+    path = tmp_path / "basins.zarr"
+    vi.basins(SCENE, **PLANE, store=path)
+    header = json.loads((path / "zarr.json").read_text())
+    text = json.dumps(header["attributes"]["attractors"]["value"])
+    assert '"periodic"' in text
+    header["attributes"]["attractors"]["value"] = json.loads(text.replace('"periodic"', '"chaotic"'))
+    (path / "zarr.json").write_text(json.dumps(header))
+    with pytest.raises(ValueError, match="it was changed"):
+        vi.load(path)
+    with pytest.raises(ValueError, match="its attractors were changed or cut"):
+        vi.basins(SCENE, **PLANE, store=path)
