@@ -116,3 +116,67 @@ fn turn(a: &mut DMatrix<f64>, i: usize, j: usize, c: f64, s: f64) {
         (a[(k, i)], a[(k, j)]) = (c * x - s * y, s * x + c * y);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `K = T^T diag(k) T`, `M = T^T T` with a unit lower triangle T: the squared frequencies are k.
+    fn structure(k: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let n = k.len();
+        let turn = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Less => 0.0,
+            std::cmp::Ordering::Equal => 1.0,
+            std::cmp::Ordering::Greater => 0.25 * (1.0 + (i * 3 + j) as f64).cos(),
+        });
+        let form = |d: DVector<f64>| turn.transpose() * DMatrix::from_diagonal(&d) * &turn;
+        let own = DVector::from_column_slice(k);
+        (form(DVector::from_element(n, 1.0)), form(own))
+    }
+
+    #[test]
+    fn small_eigenvalues_keep_their_digits_beside_a_penalty() {
+        // A penalty on the last unknown, of a structure of K = diag(1, 4, 9) and full M: that of the first three alone, as the
+        // penalty tends to infinity.
+        let (mass, _) = structure(&[1.0, 2.0, 3.0, 4.0]);
+        let three = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 4.0, 9.0]));
+        let rest = mass.view((0, 0), (3, 3)).into_owned();
+        let held = Cholesky::new(rest).expect("positive definite");
+        let (exact, _) = crate::linalg::eigen::symmetric_generalised(&held, &three).expect("ends");
+        for exponent in [18, 24, 36, 200] {
+            let mut stiffness = DMatrix::zeros(4, 4);
+            stiffness.view_mut((0, 0), (3, 3)).copy_from(&three);
+            stiffness[(3, 3)] = 10f64.powi(exponent);
+            let order = order(&mass, &stiffness).expect("far apart");
+            let (values, shapes) = symmetric_generalised(&mass, &stiffness, &order).expect("ends");
+            for k in 0..3 {
+                let off = (values[k] / exact[k] - 1.0).abs();
+                assert!(off < 1e-14, "{exponent} {k}: {off:e}");
+            }
+            let unit = shapes.transpose() * &mass * &shapes - DMatrix::identity(4, 4);
+            assert!(unit.amax() < 1e-14, "{unit}");
+            // The penalty alone, of the mass that the others leave: p/(M^-1)_33^-1.
+            let left = mass.clone().try_inverse().expect("regular")[(3, 3)];
+            assert!((values[3] / (stiffness[(3, 3)] * left) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn coordinates_of_one_stiffness_are_left_to_others() {
+        let (mass, stiffness) = structure(&[1.0, 20.0, 300.0]);
+        assert!(order(&mass, &stiffness).is_none());
+        // Rows without stiffness say nothing of a scale.
+        assert!(order(&DMatrix::identity(2, 2), &DMatrix::zeros(2, 2)).is_none());
+    }
+
+    #[test]
+    fn rigid_body_motions_beside_a_penalty_have_no_frequency() {
+        // Two masses on a spring, free, and a third unknown that is clamped.
+        let mass = DMatrix::identity(3, 3);
+        let stiffness =
+            DMatrix::from_row_slice(3, 3, &[1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 1e36]);
+        let order = order(&mass, &stiffness).expect("far apart");
+        let (values, _) = symmetric_generalised(&mass, &stiffness, &order).expect("ends");
+        assert!(values[0].abs() < 1e-15 && (values[1] - 2.0).abs() < 1e-15);
+    }
+}

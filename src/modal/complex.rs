@@ -35,23 +35,33 @@ pub(crate) fn state_matrix(system: &LinearSystem) -> DMatrix<f64> {
     a
 }
 
+/// Refuses an unknown so much stiffer than others, beside its mass, that doubles do not hold what it does beside them. Modes that the
+/// damping does not couple are right without it, but impacts set all of them going.
+///
+/// # Errors
+/// The stiffest unknown.
+pub(crate) fn check_range(system: &LinearSystem) -> Result<()> {
+    let stiffness = system.stiffness().to_dense();
+    let squares = graded::squares(&system.mass().to_dense(), &stiffness);
+    if !graded::are_apart(&squares, TOO_GRADED) {
+        return Ok(());
+    }
+    let stiffest = (0..squares.len()).max_by(|&i, &j| squares[i].total_cmp(&squares[j]));
+    let i = stiffest.unwrap_or_default();
+    let rule = "beside its mass it is more than 1/EPSILON times as stiff as another unknown: doubles do not hold that where stops are hit, \
+                damping couples the modes, or the stiffness is not symmetric; leave a clamped unknown out of the matrices";
+    let argument = format!("stiffness[{i}, {i}]");
+    Err(Error::bad_value(argument, stiffness[(i, i)], rule))
+}
+
 /// The state matrix with velocities in units of the system's own rate, so that a condition number says something; the rate, a power of
 /// two, by which nothing is rounded.
 ///
 /// # Errors
-/// An unknown so much stiffer than others, beside its mass, that doubles do not hold the modes.
+/// As [`check_range`].
 pub(crate) fn scaled_state_matrix(system: &LinearSystem) -> Result<(DMatrix<f64>, f64)> {
     let n = system.n_dof();
-    let stiffness = system.stiffness().to_dense();
-    let squares = graded::squares(&system.mass().to_dense(), &stiffness);
-    if graded::are_apart(&squares, TOO_GRADED) {
-        let stiffest = (0..n).max_by(|&i, &j| squares[i].total_cmp(&squares[j]));
-        let i = stiffest.unwrap_or_default();
-        let rule = "beside its mass it is more than 1/EPSILON times as stiff as another unknown: where damping couples the modes, or the \
-                    stiffness is not symmetric, doubles do not hold that; leave a clamped unknown out of the matrices";
-        let argument = format!("stiffness[{i}, {i}]");
-        return Err(Error::bad_value(argument, stiffness[(i, i)], rule));
-    }
+    check_range(system)?;
     let mut a = state_matrix(system);
     let stiffness = a.view((n, 0), (n, n)).norm().sqrt();
     let damping = a.view((n, n), (n, n)).norm();

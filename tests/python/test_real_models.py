@@ -235,3 +235,17 @@ def test_motions_beside_a_penalty(seed, exponent, kind):
     exact = flown(mass, damping, stiffness, start, 2.0)
     tolerance = 1e-12 if kind == "proportional" else 1e-15 * (ratios.max() / ratios.min()) ** 0.5 + 1e-12
     assert np.abs(found - exact).max() <= 10.0 * tolerance * np.abs(exact).max()
+
+
+def test_stops_beside_a_penalty_are_refused():
+    """An impact would set a clamped unknown going, at a rate whose phase doubles do not hold."""
+    mass, stiffness = (one.toarray() for one in beam(4, clamped=False))
+    stiffness[0, 0] = stiffness[1, 1] = 1e36
+    system = vi.LinearSystem(mass, np.zeros((10, 10)), stiffness)
+    for stops in (vi.Stop(8, 0.1, 0.5), [vi.Stop(8, 0.1, 0.5), vi.Stop(8, 0.1, 0.5, side="lower")]):
+        with pytest.raises(ValueError, match=r"stiffness\[\d, \d\] is 1e\+?36.*leave a clamped unknown out"):
+            vi.simulate(vi.Scene(system, None, stops), np.zeros(10), np.ones(10), (0.0, 1.0))
+    # Modes that do not know each other may be as far apart as they are.
+    system = vi.LinearSystem([1.0, 1.0], [0.0, 0.0], [1.0, 1e36])
+    run = vi.simulate(vi.Scene(system, None, vi.Stop(0, 0.5, 0.5)), [0.0, 0.0], [1.0, 0.0], (0.0, 1.0))
+    assert run.impacts["time"][0] == pytest.approx(np.pi / 6, rel=1e-14)
