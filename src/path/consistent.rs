@@ -21,11 +21,8 @@ pub(crate) const ORBIT: &str = "orbit";
 /// Refuses a part of a motion.
 fn refused(what: &str, t: f64, found: impl std::fmt::Display) -> Error {
     let rule = "it must go on as the scene says";
-    Error::bad_value(
-        format!("the motion of the saved {what} at t = {t}"),
-        found,
-        rule,
-    )
+    let argument = format!("the motion of the saved {what} at t = {t}");
+    Error::bad_value(argument, found, rule)
 }
 
 /// A motion with the scale of each of its positions and velocities.
@@ -55,17 +52,17 @@ pub(crate) fn check_motion(
         .map(|arc| [0.0, arcs[arc].span].map(|local| path.state_in(arc, local)))
         .collect();
     let mut sizes = (DVector::zeros(path.n_dof), DVector::zeros(path.n_dof));
-    for (arc, (q, v)) in ends.iter().flatten().enumerate() {
-        if !q.iter().chain(v).all(|x| x.is_finite()) {
-            let t = arcs[arc / 2].clock.time();
-            return Err(refused(what, t, "is not finite"));
+    for (arc, own) in ends.iter().enumerate() {
+        // Flights may begin and end at stops where positions are zero.
+        let middle = path.state_in(arc, 0.5 * arcs[arc].span);
+        for (q, v) in own.iter().chain([&middle]) {
+            if !q.iter().chain(v).all(|x| x.is_finite()) {
+                return Err(refused(what, arcs[arc].clock.time(), "no number"));
+            }
+            let most = |size: &mut f64, x: f64| *size = size.max(x.abs());
+            sizes.0.zip_apply(q, most);
+            sizes.1.zip_apply(v, most);
         }
-        sizes
-            .0
-            .zip_apply(q, |size: &mut f64, x| *size = size.max(x.abs()));
-        sizes
-            .1
-            .zip_apply(v, |size: &mut f64, x| *size = size.max(x.abs()));
     }
     let kept = Kept {
         what,
@@ -106,7 +103,7 @@ impl Kept<'_> {
             for (gap, size) in self.equations.gaps(self.equations.moment(arc, local), q)? {
                 let is_open = gap >= -KEPT_AGREES * size;
                 if !is_open {
-                    let found = format!("is {gap:e} beyond a stop");
+                    let found = format!("{gap:e} beyond a stop");
                     return Err(refused(self.what, self.time(arc) + local, found));
                 }
             }
@@ -119,7 +116,7 @@ impl Kept<'_> {
         let ((q, v), (next_q, next_v)) = (&self.ends[arc - 1][1], &self.ends[arc][0]);
         let moved = self.beyond(&(next_q - q), &self.sizes.0);
         if moved {
-            return Err(refused(self.what, self.time(arc), "jumps"));
+            return Err(refused(self.what, self.time(arc), "a jump"));
         }
         let mut jump = v - next_v;
         if self.beyond(&jump, &self.sizes.1) {
@@ -128,7 +125,7 @@ impl Kept<'_> {
                 .equations
                 .along_closed(at, next_q, &jump, KEPT_AGREES)?;
             if self.beyond(&jump, &self.sizes.1) {
-                let found = "changes its velocity where no stop does";
+                let found = "a change of velocity that no stop gives";
                 return Err(refused(self.what, self.time(arc), found));
             }
         }
@@ -152,7 +149,7 @@ impl Kept<'_> {
             Ok(())
         })?;
         if self.beyond(&left, &self.sizes.1) {
-            let found = "does not change its velocity by its accelerations";
+            let found = "a change of velocity that its accelerations do not give";
             return Err(refused(self.what, self.time(arc), found));
         }
         Ok(())
@@ -176,7 +173,7 @@ impl Kept<'_> {
         let (gap, size) = self.equations.gaps(at, &q)?[impact.stop];
         let is_closed = gap.abs() <= KEPT_AGREES * size;
         if !is_closed {
-            let found = format!("is {gap:e} away from stop {} of an impact", impact.stop);
+            let found = format!("{gap:e} away from stop {} of an impact", impact.stop);
             return Err(refused(self.what, impact.time, found));
         }
         // Held stops give a part of it, and at the ends of a motion one side of it is not there.
@@ -200,7 +197,7 @@ impl Kept<'_> {
             return Ok(());
         }
         let found = format!(
-            "has speeds {speeds:?} and the impulse {impulse} at stop {}, not those of the impact",
+            "of speeds {speeds:?} and the impulse {impulse} at stop {}, which are not those of the impact",
             impact.stop
         );
         Err(refused(self.what, impact.time, found))

@@ -1,11 +1,14 @@
 //! Whether a trajectory that came from a file is one of its scene: a file may have been changed.
 
 use crate::error::{Error, Result};
+use crate::hybrid::clock::Clock;
+use crate::impact::wrapped;
 use crate::model::contacts;
 use crate::path::check_motion;
 use crate::simulate::trajectory::Trajectory;
 use crate::tolerance::KEPT_AGREES;
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 fn refused(part: &str, found: impl std::fmt::Display, rule: &str) -> Error {
     Error::bad_value(format!("{part} of the saved trajectory"), found, rule)
@@ -35,7 +38,28 @@ impl Trajectory {
                 return Err(refused("the last state", found, rule));
             }
         }
+        self.check_phases()?;
         self.check_law()
+    }
+
+    /// Phases of impacts follow from their times.
+    fn check_phases(&self) -> Result<()> {
+        let (Some(frequency), phase) = (self.scene.frequency(), self.scene.phase()) else {
+            return Ok(());
+        };
+        if self.ramped.is_some() || phase.is_nan() {
+            return Ok(());
+        }
+        for impact in &self.impacts {
+            let off = wrapped(Clock::new(impact.time, frequency).angle() + phase - impact.phase);
+            let agrees = off.min(TAU - off) <= KEPT_AGREES;
+            if !agrees {
+                let found = format!("of phase {} at t = {}", impact.phase, impact.time);
+                let rule = "its phase must be that of its time";
+                return Err(refused("an impact", found, rule));
+            }
+        }
+        Ok(())
     }
 
     /// The law of one stop alone, which needs no motion: restitution, and the impulse where the mass does not change.
