@@ -60,7 +60,8 @@ pub(crate) const DEPENDENT: f64 = 1e-12;
 pub(crate) const DEPENDENT_ACTIVE: f64 = 1e-14;
 /// Ratios that differ by no more than this are tied.
 pub(crate) const TIE_TOL: f64 = 1e-12;
-/// Relative asymmetry up to which a matrix counts as symmetric.
+/// Asymmetry up to which a matrix counts as symmetric, relative to the largest entries of the two rows, of the smaller of them: that
+/// of a penalty elsewhere says nothing.
 pub(crate) const SYMMETRY_TOL: f64 = 1e-12;
 /// Where no pivot of a Delassus matrix is below this part of the largest, elimination is as good as singular values, and leaves
 /// alone what does not depend on the rest.
@@ -72,8 +73,14 @@ pub(crate) const AUDIT_TOL: f64 = 1e-9;
 
 // --- Modes and flows.
 
-/// Off-diagonal entries of the modal damping below this, relative to its largest entry, are rounding.
+/// An off-diagonal entry of the modal damping below this, relative to the larger of the two modes' own entries, or to the sizes of
+/// its terms, is rounding.
 pub(crate) const PROPORTIONAL_TOL: f64 = 1e-12;
+/// Ratio of the squared frequencies `K_ii/M_ii` of two coordinates alone beyond which errors relative to the largest eigenvalue would
+/// take four digits of the smallest.
+pub(crate) const GRADED: f64 = (1u64 << 13) as f64;
+/// The same beyond which no digits are left where the modes are complex: their vectors have errors of the root of it.
+pub(crate) const TOO_GRADED: f64 = 1.0 / f64::EPSILON;
 /// Imaginary parts below this, relative to the largest root, are rounding.
 pub(crate) const REAL_ROOT_TOL: f64 = 1e-12;
 /// Condition number of a root above which the matrix counts as defective: the modes lose that factor of the digits, the
@@ -139,6 +146,10 @@ pub(crate) const FACING: f64 = 4.0;
 pub(crate) const FAR: f64 = 1e3;
 /// A point is in a set if its nearest neighbour there is no farther than so many times that of the set's own points, their median.
 pub(crate) const IN_SET: f64 = 4.0;
+
+/// What comes from a file agrees with its scene within this part of the sizes of its terms: far more than the tolerances of any run
+/// leave, and than the numbers of another scene do.
+pub(crate) const KEPT_AGREES: f64 = 1e-2;
 
 // --- Orbits.
 

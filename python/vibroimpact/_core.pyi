@@ -41,6 +41,8 @@ __all__ = [
     "_bifurcation_diagram",
     "_branches",
     "_check_existence",
+    "_check_orbit",
+    "_check_trajectory",
     "_continuation",
     "_derivatives_but_multipliers",
     "_existence_at",
@@ -717,6 +719,8 @@ def simulate(
     derivatives: str | Sequence[str] | None = None,
     progress: bool = False,
 ) -> Trajectory: ...
+def _check_orbit(orbit: Orbit) -> None: ...
+def _check_trajectory(trajectory: Trajectory) -> None: ...
 def _restore_orbit(
     scene: Scene,
     pattern: _Pattern,

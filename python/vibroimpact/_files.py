@@ -6,9 +6,9 @@ the arguments from which it is made again. What is long is an entry of its own, 
 
 from __future__ import annotations
 
+import errno
 import json
 import os
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from vibroimpact import _core, _json, _store, basin_plane, existence
+from vibroimpact._cells import Columns
 from vibroimpact._core import Orbit, Orbits, Scene, Trajectory
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, Attractors
@@ -36,9 +37,6 @@ from vibroimpact.verdict import Beyond
 #: Counts what older libraries cannot read.
 FORMAT = 1
 HEADER = "header"
-#: What reading a file that is none of ours may raise.
-_UNREADABLE = (ValueError, KeyError, EOFError, AttributeError, TypeError, RecursionError, NotImplementedError, zipfile.BadZipFile)
-
 Result = (
     Trajectory
     | Orbit
@@ -63,10 +61,22 @@ Result = (
     | Fit
 )
 
+
+def _checked(restore: Callable[..., Any], check: Callable[[Any], None]) -> Callable[..., Any]:
+    """Return what restores a motion and refuses one that its scene cannot have."""
+
+    def restored(*arguments: Any) -> Any:
+        motion = restore(*arguments)
+        check(motion)
+        return motion
+
+    return restored
+
+
 #: What makes a result again from its saved arguments.
 RESULTS: dict[str, Callable[..., Any]] = {
-    "Trajectory": _core._restore_trajectory,
-    "Orbit": _core._restore_orbit,
+    "Trajectory": _checked(_core._restore_trajectory, _core._check_trajectory),
+    "Orbit": _checked(_core._restore_orbit, _core._check_orbit),
     "Orbits": _core._restore_orbits,
     "ExistenceMap": ExistenceMap,
     "Ensemble": Ensemble,
@@ -90,6 +100,7 @@ RESULTS: dict[str, Callable[..., Any]] = {
 
 #: What makes a result from what a store holds.
 _STORED: dict[str, Callable[..., Any]] = {"Basins": basin_plane.from_store, "ExistenceMap": existence.from_store}
+_COLUMNS: dict[str, Columns] = {"Basins": basin_plane.COLUMNS, "ExistenceMap": existence.COLUMNS}
 
 
 def save(result: Result | ArrayResult, path: str | os.PathLike[str]) -> None:
@@ -133,8 +144,10 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ValueError
-        A file or folder that is no result of this library, that was changed or cut, or that has a newer format; a store of
-        basins of a scene made of functions, which the same call of ``basins`` opens.
+        A file or folder that is no result of this library, that was changed or cut, or that has a newer format; a motion that
+        is none of its scene: it jumps, passes a stop, has not its impacts, or these are against the law of their stop, by more
+        than a hundredth of the sizes of its terms. A store of basins of a scene made of functions, which the same call of
+        ``basins`` opens.
     OSError
         A file that is not there or cannot be read.
 
@@ -165,19 +178,19 @@ def load(path: str | os.PathLike[str]) -> Result:
         arguments = [_json.decoded(argument, arrays, RESULTS) for argument in header["arguments"]]
         keywords = {name: _json.decoded(value, arrays, RESULTS) for name, value in header["keywords"].items()}
         result: Result = make(*scene, *arguments, **keywords)
-    except (KeyError, IndexError, TypeError, AttributeError, OverflowError, RecursionError) as error:
-        raise _refused(path, f"it was changed: {error!r}") from error
     except (ValueError, ConvergenceError) as error:
         raise _refused(path, f"it was changed: {error}") from error
+    except Exception as error:
+        raise _refused(path, f"it was changed: {error!r}") from error
     return result
 
 
 def _stored(path: str | os.PathLike[str]) -> Result:
     """Return what a store holds."""
-    kind, contents, arrays = _store.contents(path)
+    kind, contents, arrays = _store.contents(path, _COLUMNS)
     try:
         result: Result = _STORED[kind](contents, arrays)
-    except (KeyError, TypeError, ValueError) as error:
+    except Exception as error:
         raise _refused(path, f"it was changed: {error!r}") from error
     return result
 
@@ -189,8 +202,10 @@ def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.nd
             with np.load(file, allow_pickle=False) as archive:
                 arrays = {name: archive[name] for name in archive.files}
             header = json.loads(str(arrays.pop(HEADER)))
-        except _UNREADABLE as error:
-            raise _refused(path, "it is no result of vibroimpact, or was cut") from error
+        except Exception as error:  # whatever NumPy makes of bytes that are no file of its own
+            if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
+                raise
+            raise _refused(path, "it is no result of vibroimpact, or was changed or cut") from error
     if not isinstance(header, dict):
         raise _refused(path, "it is no result of vibroimpact: its header is none")
     return header, arrays

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _core
 
-#: Relative asymmetry up to which a matrix counts as symmetric.
+#: Asymmetry up to which a matrix counts as symmetric, relative to the largest entries of the two rows, of the smaller of them:
+#: that of a penalty elsewhere says nothing.
 _SYMMETRY = 1e-12
 
 
@@ -84,13 +85,26 @@ def symmetric(argument: str, value: ArrayLike | Any, n: int | None = None) -> An
     """Return a symmetric matrix as a sparse one in columns, of order n if that is given."""
     matrix = square(argument, value, n)
     difference = abs(matrix - matrix.T).tocoo()
-    largest = abs(matrix).max()
-    if difference.nnz and difference.max() > _SYMMETRY * largest:
-        worst = int(np.argmax(difference.data))
+    rows = np.maximum(*(abs(matrix).max(axis=axis).toarray().ravel() for axis in (0, 1)))
+    excess = difference.data - _SYMMETRY * np.minimum(*(rows[axis] for axis in difference.coords))
+    if np.max(excess, initial=0.0) > 0.0:
+        _refuse_triangle(argument, matrix)
+        worst = int(np.argmax(excess))
         i, j = (int(axis[worst]) for axis in difference.coords)
         rule = f"{argument}[{j}, {i}] is {matrix[j, i]}: it must be symmetric; (A + A.T) / 2 is, if the difference is rounding"
         _refuse(f"{argument}[{i}, {j}]", float(matrix[i, j]), rule)
     return ((matrix + matrix.T) * 0.5).tocsc()
+
+
+def _refuse_triangle(argument: str, matrix: Any) -> None:
+    """Refuse a matrix of which one side of the diagonal is empty: no half of a difference makes it the one that is meant."""
+    library = sparse_library(argument)
+    for side, beside in (("upper", library.tril(matrix, -1)), ("lower", library.triu(matrix, 1))):
+        if not beside.count_nonzero():
+            whole = "A + A.T - scipy.sparse.diags_array(A.diagonal())"
+            _refuse(
+                argument, f"an {side} triangle" if side == "upper" else f"a {side} triangle", f"both sides are needed: {whole}"
+            )
 
 
 def direction(argument: str, value: Any, n: int) -> NDArray[np.float64]:

@@ -19,18 +19,6 @@ from vibroimpact.errors import ConvergenceError
 _Array = NDArray[np.float64]
 
 _EPS = float(np.finfo(float).eps)
-#: A mode is a rigid-body mode if its squared frequency is within so many times what random rounding of the entries of K makes
-#: of it. Of structures that nothing holds it is within 2, of held ones beyond 1e4 but for meshes so fine that doubles hardly
-#: hold them.
-_ROUNDINGS = 8.0
-#: Shifts that are tried, each a hundred times the one before, until rounding leaves ``K + s M`` positive definite.
-_SHIFT_STEP = 100.0
-#: The last of them relative to the rounding of the fastest coordinate: what is negative beyond it is negative.
-_LAST_SHIFT = 1e4
-#: Vectors that are iterated to find the rigid-body modes, at first.
-_BLOCK = 8
-#: Steps of their iteration at the most; a few do but where no shift is small beside the first squared frequency.
-_ITERATIONS = 100
 #: Structures of fewer unknowns, or of which more than a third of the modes are wanted, are taken as dense.
 _DENSE = 200
 #: Modes beyond those wanted, for a gap in which to count.
@@ -41,11 +29,16 @@ _PASSES = 5
 _REFINEMENTS = 30
 #: What is left of a load below this part of it, without what accelerates a free structure, is rounding.
 _CANCELLED = 1e-12
+#: Squared frequencies beyond this over a rounding of the lowest are looked at by their residuals: rounding, relative to the
+#: largest compliance, is a thousandth of their own.
+_WIDE = 1e-3
+#: Residual of such a mode, relative to its squared frequency.
+_RESIDUAL = 1e-6
 #: Pivots of a mass below this, relative to its diagonal and for each unknown, are zero.
 _SINGULAR = _EPS
 
 
-def _symmetric_factor(matrix: Any) -> Any:
+def symmetric_factor(matrix: Any) -> Any:
     """Factor a symmetric matrix with pivots on its diagonal, or return None where one of them is exactly zero."""
     options = {"SymmetricMode": True}
     csc = scipy.sparse.csc_array(matrix)
@@ -56,27 +49,31 @@ def _symmetric_factor(matrix: Any) -> Any:
     return factor if np.array_equal(factor.perm_r, factor.perm_c) else None
 
 
-def _negative_pivots(factor: Any) -> int:
+def negative_pivots(factor: Any) -> int:
     """Return the number of negative eigenvalues of the matrix that was factored (Sylvester's law of inertia)."""
     return int(np.count_nonzero(factor.U.diagonal() <= 0.0))
 
 
 def check_mass(mass: Any) -> None:
     """Refuse a mass that is singular or not positive definite."""
-    condense = "coordinates without mass are condensed first, by -K_ss^-1 K_sm, and carry no stop or force"
+    rule = "it must be positive definite: coordinates without mass, whose rows are zero, are condensed first"
     diagonal = mass.diagonal()
     for i in np.flatnonzero(diagonal <= 0.0)[:1]:
-        message = f"mass[{i}, {i}] is {diagonal[i]}, but the mass must be positive definite: {condense}"
+        message = f"mass[{i}, {i}] is {diagonal[i]}, but {rule}"
         raise ValueError(message)
-    factor = _symmetric_factor(mass)
-    if factor is not None:
-        pivots = np.empty(len(diagonal))
-        pivots[:] = factor.U.diagonal()[factor.perm_c]
-        ratio = pivots / diagonal
-        if ratio.min() > _SINGULAR * len(diagonal):
-            return
-    message = f"mass is singular or has negative eigenvalues, but it must be positive definite: {condense}"
-    raise ValueError(message)
+    if positive_factor(mass) is None:
+        message = f"mass is singular or has negative eigenvalues, but {rule}"
+        raise ValueError(message)
+
+
+def positive_factor(matrix: Any) -> Any:
+    """Factor a symmetric matrix, or return None where it is not positive definite beyond rounding."""
+    diagonal = matrix.diagonal()
+    factor = symmetric_factor(matrix) if (diagonal > 0.0).all() else None
+    if factor is None:
+        return None
+    ratio = np.asarray(factor.U.diagonal()[factor.perm_c]) / diagonal
+    return factor if ratio.min() > _SINGULAR * len(diagonal) else None
 
 
 def orthonormalise(columns: _Array, mass: Any, against: _Array, drop: float = 0.0) -> _Array:
@@ -127,88 +124,11 @@ def ritz(stiffness: Any, columns: _Array) -> tuple[_Array, _Array]:
     return values, columns @ turn
 
 
-def _rounding(stiffness: Any, shapes: _Array) -> _Array:
-    """Return what random rounding of the entries of K makes of the squared frequency of each shape (the root of squares)."""
-    squares = shapes**2
-    return np.asarray(_EPS * np.sqrt(np.einsum("ij,ij->j", squares, stiffness.power(2) @ squares)))
-
-
-def _shifted_factor(stiffness: Any, mass: Any) -> Any:
-    """Factor ``K + s M`` with the least shift tried with which rounding leaves it positive definite."""
-    ratios = np.abs(stiffness.diagonal()) / mass.diagonal()
-    if not ratios.any():
-        shift, last = 1.0, 1.0
-    else:
-        shift, last = _ROUNDINGS * _EPS * ratios[ratios > 0.0].min(), _LAST_SHIFT * _EPS * ratios.max()
-    negative = 0
-    while shift <= last:
-        factor = _symmetric_factor(stiffness + shift * mass)
-        if factor is not None:
-            negative = _negative_pivots(factor)
-            if negative == 0:
-                return factor
-        shift *= _SHIFT_STEP
-    raise ValueError(_indefinite(negative))
-
-
-def _indefinite(negative: int) -> str:
+def indefinite(negative: int) -> str:
     return (
         f"stiffness has {negative} negative eigenvalue(s), but it must be positive definite, or semidefinite if it is free; "
         "matrices written with few digits are not; beyond a buckling load there are no frequencies (LinearSystem takes such a K)"
     )
-
-
-def rigid_body_modes(stiffness: Any, mass: Any, most: int) -> _Array:
-    """M-orthonormal rigid-body modes, shape (n, r): motions without strain, with frequency zero to the rounding of K.
-
-    Subspace iteration with ``K + s M``, s a small shift: what has no stiffness is ahead of all else by the ratio of the first
-    elastic squared frequency to s, and a block misses no mode of a multiple frequency. If there are more than ``most``, some
-    of them.
-    """
-    n = mass.shape[0]
-    factor = _shifted_factor(stiffness, mass)
-    size = min(n, _BLOCK)
-    while True:
-        values, shapes = _subspace_iteration(stiffness, mass, factor, size)
-        rounding = _ROUNDINGS * _rounding(stiffness, shapes)
-        if np.any(values < -rounding):
-            raise ValueError(_indefinite(int(np.count_nonzero(values < -rounding))))
-        is_rigid = values <= rounding
-        if size == n or size > most or not is_rigid.all():
-            return _in_order(shapes[:, is_rigid], mass)
-        size = min(n, 4 * size)
-
-
-def _subspace_iteration(stiffness: Any, mass: Any, factor: Any, size: int) -> tuple[_Array, _Array]:
-    """Iterate a block until all its squared frequencies but the last have settled to a tenth, or are rounding."""
-    none = np.zeros((mass.shape[0], 0))
-    random = np.random.default_rng(0)
-    shapes = random.standard_normal((mass.shape[0], size))
-    n_settled = max(1, size - 1)
-    before = np.full(n_settled, np.inf)
-    for _ in range(_ITERATIONS):
-        shapes = orthonormalise(factor.solve(mass @ shapes), mass, none)
-        # Beside what has no stiffness, columns may be left without a digit of anything else.
-        fresh = random.standard_normal((mass.shape[0], size - shapes.shape[1]))
-        shapes = np.hstack([shapes, orthonormalise(fresh, mass, shapes)])
-        if shapes.shape[1] < size:
-            message = "rigid-body modes could not be looked for: in doubles the mass does not tell the coordinates apart"
-            raise ConvergenceError(message)
-        values, shapes = ritz(stiffness, shapes)
-        now = values[:n_settled]
-        if np.all(np.abs(now - before) <= 0.1 * np.abs(now) + _ROUNDINGS * _rounding(stiffness, shapes[:, :n_settled])):
-            break
-        before = now
-    return values, shapes
-
-
-def _in_order(rigid: _Array, mass: Any) -> _Array:
-    """Turn rigid-body modes, of which any rotation is as good, to where each has no part at the coordinates of those before."""
-    n_rigid = rigid.shape[1]
-    if n_rigid == 0:
-        return rigid
-    turn, _ = scipy.linalg.qr(rigid[_pivots(rigid, mass)[:n_rigid]].T)
-    return np.asarray(rigid @ turn)
 
 
 class Flexibility:
@@ -222,11 +142,13 @@ class Flexibility:
     def __init__(self, stiffness: Any, mass: Any, rigid: _Array) -> None:
         self._rigid = rigid
         self._inertia = mass @ rigid
-        self._loose = np.sort(_pivots(rigid, mass)[rigid.shape[1] :])
-        self._factor = _symmetric_factor(stiffness[self._loose][:, self._loose])
+        self._loose = np.sort(pivots(rigid, mass)[rigid.shape[1] :])
+        self._factor = symmetric_factor(stiffness[self._loose][:, self._loose])
         if self._factor is None:
             message = "the stiffness could not be factored: a pivot is zero, though no motion has no stiffness"
             raise ConvergenceError(message)
+        if negative_pivots(self._factor):
+            raise ValueError(indefinite(negative_pivots(self._factor)))
         self._extended = scipy.sparse.csr_array(stiffness).astype(np.longdouble)
 
     def elastic_part(self, loads: _Array) -> _Array:
@@ -262,7 +184,7 @@ class Flexibility:
         return answers
 
 
-def _pivots(rigid: _Array, mass: Any) -> NDArray[np.int64]:
+def pivots(rigid: _Array, mass: Any) -> NDArray[np.int64]:
     """Order coordinates so that the rigid-body modes are most independent at the first of them, in units of the mass."""
     if rigid.shape[1] == 0:
         return np.arange(len(rigid))
@@ -273,9 +195,9 @@ def _pivots(rigid: _Array, mass: Any) -> NDArray[np.int64]:
 def count_below(stiffness: Any, mass: Any, value: float) -> int:
     """Return the number of squared frequencies below a value, by the signs of pivots (a Sturm sequence)."""
     for nudge in (0.0, 1e-12, 1e-10, 1e-8):
-        factor = _symmetric_factor(stiffness - value * (1.0 + nudge) * mass)
+        factor = symmetric_factor(stiffness - value * (1.0 + nudge) * mass)
         if factor is not None:
-            return _negative_pivots(factor)
+            return negative_pivots(factor)
     message = "the modes below a frequency could not be counted: the factor of K - w^2 M has a pivot of zero"
     raise ConvergenceError(message)
 
@@ -291,7 +213,7 @@ def elastic_modes(stiffness: Any, mass: Any, flexibility: Flexibility, rigid: _A
         wanted = min(n_modes + beyond, left)
         is_dense = n <= _DENSE or 3 * wanted > n
         if is_dense:
-            found = _dense_modes(stiffness, mass, rigid, wanted)
+            found = _dense_modes(mass, flexibility, wanted, n_modes)
         else:
             found = _lanczos_modes(stiffness, mass, flexibility, wanted, attempt)
         squares, shapes = _inverse_iteration(mass, flexibility, rigid, found)
@@ -331,20 +253,64 @@ def _inverse_iteration(mass: Any, flexibility: Flexibility, rigid: _Array, shape
 
 def _none_missing(stiffness: Any, mass: Any, n_rigid: int, last: _Array, n_modes: int) -> bool:
     """Whether as many modes lie below the widest gap behind the last wanted one as were found there."""
+    if len(last) == 1:
+        last = np.append(last, last[0] / _EPS)
     gaps = last[1:] / last[:-1]
     widest = int(np.argmax(gaps))
     value = float(np.sqrt(last[widest] * last[widest + 1]))
     return count_below(stiffness, mass, value) == n_rigid + n_modes + widest
 
 
-def _dense_modes(stiffness: Any, mass: Any, rigid: _Array, n_modes: int) -> _Array:
-    """Return the lowest elastic modes by a dense eigenproblem, in which rigid-body modes are moved above the highest."""
-    k, m = stiffness.toarray(), mass.toarray()
-    if rigid.shape[1]:
-        highest = scipy.linalg.eigh(k, m, eigvals_only=True)[-1]
-        inertia = m @ rigid
-        k = k + 2.0 * highest * inertia @ inertia.T
-    return np.asarray(scipy.linalg.eigh(k, m, subset_by_index=[0, n_modes - 1])[1])
+def check_range(stiffness: Any, mass: Any, squares: _Array, shapes: _Array) -> None:
+    """Refuse modes so far above the lowest that rounding may have made them, but those of ``K phi = w^2 M phi`` too."""
+    far = squares > _WIDE / _EPS * squares.min(initial=np.inf)
+    if not far.any():
+        return
+    residual = stiffness @ shapes[:, far] - mass @ shapes[:, far] * squares[far]
+    sizes = np.sqrt(np.einsum("ij,ij->j", residual, symmetric_factor(mass).solve(np.asfortranarray(residual)))) / squares[far]
+    if np.all(sizes <= _RESIDUAL) and np.all(np.diff(squares) >= -_RESIDUAL * squares[1:]):
+        return
+    message = (
+        f"the modes reach over more than doubles hold: the squared frequencies lie a factor of "
+        f"{squares.max() / squares.min():.1g} apart; {stiffest(stiffness, mass)}: ask for fewer modes"
+    )
+    raise ConvergenceError(message)
+
+
+def stiffest(stiffness: Any, mass: Any) -> str:
+    """Say which unknown is the stiffest beside its mass, as one clamped by a penalty is."""
+    ratios = stiffness.diagonal() / mass.diagonal()
+    i = int(np.argmax(ratios))
+    return f"unknown {i} is {ratios[i] / np.median(ratios):.1g} times as stiff, beside its mass, as half of the others"
+
+
+def clamped(loads: _Array, answers: _Array, mass: Any, lowest: float) -> NDArray[np.int64]:
+    """Return the directions along which nothing moves, as at an unknown clamped by a penalty.
+
+    Their static compliance, in units of what the mass alone gives, is below the rounding of that of the lowest mode.
+    """
+    compliance = np.einsum("ij,ij->j", loads, answers)
+    mobility = np.einsum("ij,ij->j", loads, symmetric_factor(mass).solve(np.asfortranarray(loads)))
+    return np.flatnonzero((compliance > 0.0) & (compliance * lowest < _EPS * mobility))
+
+
+def _dense_modes(mass: Any, flexibility: Flexibility, n_modes: int, least: int) -> _Array:
+    """Return the lowest elastic modes, so many at least, as the largest compliances ``1/w^2``.
+
+    These are eigenvalues of ``L^T K^-1 L`` with ``M = L L^T``.
+
+    Rounding is relative to the largest of them, so that the lowest modes are right whatever the stiffest unknown is, as one
+    clamped by a penalty; a rigid-body motion has none.
+    """
+    factor = scipy.linalg.cholesky(mass.toarray(), lower=True)
+    compliance = factor.T @ flexibility.apply(factor)
+    last = len(factor) - 1
+    values, turned = scipy.linalg.eigh((compliance + compliance.T) * 0.5, subset_by_index=[last + 1 - n_modes, last])
+    # Those beyond the last one wanted may be too far to be anything but rounding.
+    is_there = values > _EPS * len(factor) * values[-1]
+    is_there[-least:] = True
+    turned = turned[:, is_there]
+    return np.asarray(scipy.linalg.solve_triangular(factor, turned[:, ::-1], lower=True, trans="T"))
 
 
 def _lanczos_modes(stiffness: Any, mass: Any, flexibility: Flexibility, n_modes: int, attempt: int) -> _Array:

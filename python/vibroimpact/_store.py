@@ -6,19 +6,19 @@ each chunk, says where something was.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 import os
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _core, _json
-from vibroimpact._fingerprint import fingerprint
-from vibroimpact._tiles import Tile, tile_shape
+from vibroimpact import _core
+from vibroimpact._tiles import Tile, tile_shape, tiles
+from vibroimpact._told import Arguments, OwnCode, digest, told, untold
 
 #: Counts what older libraries cannot read.
 FORMAT = 1
@@ -27,15 +27,20 @@ FORMAT = 1
 _CELLS, _CHUNKS = 1 << 14, 1 << 10
 
 
-def check_overwrite(overwrite: object) -> None:
-    """Refuse what is neither True nor False."""
+def check_options(overwrite: object, key: object) -> None:
+    """Refuse an `overwrite` that is neither True nor False, a `key` that is no text."""
     if not isinstance(overwrite, bool):
         message = f"overwrite is {overwrite!r}, but True or False is needed"
+        raise TypeError(message)
+    if not isinstance(key, (str, type(None))):
+        message = f"key is {key!r}, but a text is needed, or None"
         raise TypeError(message)
 
 
 class Store:
     """Arrays over the cells of a plane, shape (ny, nx), written chunk by chunk.
+
+    `key` stands for code that cannot be looked through.
 
     Raises
     ------
@@ -54,21 +59,25 @@ class Store:
         columns: dict[str, tuple[str, Any]],
         *,
         overwrite: bool,
+        key: str | None = None,
     ) -> None:
         self._zarr, self._store, self._name = _zarr(), store, _shown(store)
-        told = {name: _told(name, value) for name, value in arguments.items()}
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-        made = {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": told, "hash": digest}
+        keyed = arguments if key is None else arguments | {"key": key}
+        made = _made(kind, {name: told(name, value, Arguments(key)) for name, value in keyed.items()})
         group = _opened(self._zarr, store)
+        if group is not None and key is None:
+            self._take_over(group, made, arguments)
         is_other = group is not None and self._is_other(dict(group.attrs), made, overwrite)
         if group is None or is_other:
             group = self._created(made, is_other)
         self._group = group
         ny, nx = axes["y"].size, axes["x"].size
         self.cells = max(_CELLS, -(-nx * ny // _CHUNKS))
-        wanted = {"shape": (ny, nx), "chunks": tile_shape(self.cells, nx), "dimension_names": ("y", "x")}
+        # With a checksum, by which changed bytes are seen.
+        packed = {"compressors": self._zarr.codecs.ZstdCodec(checksum=True)}
+        wanted = {"shape": (ny, nx), "chunks": tile_shape(self.cells, nx), "dimension_names": ("y", "x"), **packed}
         for name, values in axes.items():
-            self._array(name, data=values, dimension_names=(name,))
+            self._array(name, data=values, dimension_names=(name,), **packed)
         self._arrays = {
             name: self._array(name, dtype=dtype, fill_value=fill, **wanted) for name, (dtype, fill) in columns.items()
         }
@@ -96,6 +105,25 @@ class Store:
             raise ValueError(message)
         return differs is not None
 
+    def _take_over(self, group: Any, made: dict[str, Any], arguments: dict[str, Any]) -> None:
+        """Go on with a store that knows functions by their own code, where that is the same; it knows the rest from now on."""
+        found = group.attrs.get("vibroimpact")
+        if not isinstance(found, dict) or found.get("hash") == made["hash"] or not _knows_own_code(found):
+            return
+        encoders = {name: OwnCode() for name in arguments}
+        try:
+            own = _made(made["type"], {name: told(name, value, encoders[name]) for name, value in arguments.items()})
+        except ValueError:
+            return
+        if any(encoder.is_blind for encoder in encoders.values()) or _difference(found, own) is not None:
+            return
+        self._tried(lambda: group.update_attributes({"vibroimpact": made}))
+        warnings.warn(
+            f"store {self._name} was made by a version that told functions by their own code alone, which is the same: it goes "
+            "on, and from now on what they read and call is told too; whether that has changed since cannot be said",
+            stacklevel=5,
+        )
+
     def _array(self, name: str, **options: Any) -> Any:
         """Return an array of the group, made if it is not there."""
         if name not in self._group:
@@ -116,15 +144,36 @@ class Store:
     def kept(self, name: str) -> Any:
         """Return what was kept beside the arrays, None if nothing was."""
         found = self._group.attrs.get(name)
-        return None if found is None else untold(found)
+        try:
+            return None if found is None else untold(found)
+        except Exception as error:
+            message = f"store is {self._name}, but its {name} were changed or cut: overwrite=True does not mend it, remove it"
+            raise ValueError(message) from error
 
     def keep(self, name: str, value: Any) -> None:
         """Keep a value beside the arrays."""
-        self._tried(lambda: self._group.update_attributes({name: _told(name, value)}))
+        kept = told(name, value)
+        self._tried(lambda: self._group.update_attributes({name: kept | {"hash": digest(kept)}}))
 
     def read(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays as they are now."""
-        return {name: np.asarray(array[:]) for name, array in self._arrays.items()}
+        """Return the arrays as they are now; a chunk that was cut or changed is one that has not been written."""
+        try:
+            return {name: np.asarray(array[:]) for name, array in self._arrays.items()}
+        except OSError:
+            raise
+        except Exception:  # whatever its codecs make of other bytes: look for the chunks that can be read
+            shape = next(iter(self._arrays.values())).shape
+            found = {name: np.full(shape, array.fill_value, array.dtype) for name, array in self._arrays.items()}
+            for chunk in tiles(range(shape[0]), range(shape[1]), self.cells):
+                try:
+                    parts = {name: np.asarray(array[chunk]) for name, array in self._arrays.items()}
+                except OSError:
+                    raise
+                except Exception:
+                    continue
+                for name, part in parts.items():
+                    found[name][chunk] = part
+            return found
 
     def lacks(self, arrays: dict[str, NDArray[Any]], chunk: Tile) -> bool:
         """Whether cells of a chunk have not been found, by the last array."""
@@ -151,23 +200,60 @@ def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
     if found.get("hash") == made["hash"]:
         return None
     own, theirs = made["arguments"], found.get("arguments", {})
-    first = next((name for name in own if theirs.get(name) != own[name]), "hash")
+    first = next((name for name in {**own, **theirs} if theirs.get(name) != own.get(name)), "hash")
+    if _knows_own_code(found) and '"parts"' in json.dumps(own.get(first)):
+        return f"a version made it that did not look through all code: that of {first} is another, or it did not see it"
+    functions = [list(_functions(one.get(first))) for one in (own, theirs)]
+    for mine, other in zip(*functions, strict=False):
+        changed = sorted(name for name in {**mine, **other} if mine.get(name) != other.get(name))
+        if changed:
+            # What leads to others changes where these are not the same ones.
+            return f"it was made with another {first}: {', '.join(changed[:4])}{' ...' if changed[4:] else ''} changed"
     return f"it was made with another {first}"
 
 
-def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the type of a store, its attributes and its arrays, those of its axes too.
+def _made(kind: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return what a store keeps of the call that makes it."""
+    return {"format": FORMAT, "version": _core.__version__, "type": kind, "arguments": arguments, "hash": digest(arguments)}
+
+
+def _functions(told: Any) -> Iterator[dict[str, str]]:
+    """Iterate over the parts of all callables in what was told."""
+    if isinstance(told, dict):
+        if isinstance(told.get("parts"), dict):
+            yield told["parts"]
+        else:
+            told = list(told.values())
+    if isinstance(told, list):
+        for one in told:
+            yield from _functions(one)
+
+
+def _knows_own_code(found: dict[str, Any]) -> bool:
+    """Whether a store tells callables as up to version 0.2.0."""
+    text = json.dumps(found.get("arguments"))
+    return '"function"' in text and '"parts"' not in text
+
+
+def contents(
+    path: str | os.PathLike[str], columns: dict[str, dict[str, tuple[str, Any]]]
+) -> tuple[str, dict[str, Any], dict[str, NDArray[Any]]]:
+    """Return the type of a store, its attributes and its arrays, those of its axes too; `columns` are those of each type.
 
     Raises
     ------
     ValueError
-        A folder that is no store, or one of a newer format.
+        A folder that is no store, one of a newer format, or one that was changed or cut.
     """
     zarr = _zarr()
     try:
         group = zarr.open_group(path, mode="r")
     except FileNotFoundError:
         group = None
+    except (OSError, ImportError):
+        raise
+    except Exception as error:  # whatever zarr makes of files that are not its own
+        raise _changed(path, error) from error
     attributes = {} if group is None else dict(group.attrs)
     made = attributes.get("vibroimpact")
     if group is None or not isinstance(made, dict) or not isinstance(made.get("format"), int):
@@ -177,12 +263,61 @@ def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[st
         newer = f"its format {made['format']} is newer than {FORMAT}, the newest that this version reads"
         message = f"path is {_shown(path)}, but {newer}"
         raise ValueError(message)
-    if made["type"] == "Basins" and '"function"' in json.dumps(made["arguments"]["scene"]["value"]):
+    try:
+        kind, arguments = str(made["type"]), made["arguments"]
+        if made["hash"] != digest(arguments):
+            raise ValueError("its arguments are not those of its hash")
+        of_functions = kind == "Basins" and any(_is_function(arguments["scene"]["value"]))
+        arrays = {} if of_functions else _arrays(group, columns[kind])
+    except (OSError, ImportError):
+        raise
+    except Exception as error:
+        raise _changed(path, error) from error
+    if of_functions:
         reason = "its scene is made of functions, which it does not hold: the same call of basins opens it"
         message = f"path is {_shown(path)}, but {reason}"
         raise ValueError(message)
-    arrays = {name: np.asarray(array[:]) for name, array in group.arrays()}
-    return str(made["type"]), attributes | {"arguments": made["arguments"]}, arrays
+    return kind, attributes | {"arguments": arguments}, arrays
+
+
+def _changed(path: Any, error: Exception) -> ValueError:
+    return ValueError(f"path is {_shown(path)}, but it was changed or cut: {error!r}")
+
+
+def _is_function(told: Any) -> Iterator[bool]:
+    """Iterate over what was told: whether it stands for a callable."""
+    if isinstance(told, dict):
+        yield "function" in told
+        told = list(told.values())
+    if isinstance(told, list):
+        for one in told:
+            yield from _is_function(one)
+
+
+def _arrays(group: Any, columns: dict[str, tuple[str, Any]]) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a store, which are those that it was made with."""
+    found = dict(group.arrays())
+    shape = tuple(found[axis].shape[0] for axis in ("y", "x"))
+    wanted = {"x": ("f8", 0.0), "y": ("f8", 0.0)} | columns
+    if set(found) != set(wanted):
+        message = f"it has arrays {sorted(found)}, not {sorted(wanted)}"
+        raise ValueError(message)
+    for name, (dtype, fill) in wanted.items():
+        array = found[name]
+        is_same = array.fill_value == fill or (fill != fill and array.fill_value != array.fill_value)
+        if array.dtype != np.dtype(dtype) or not is_same or (name in columns and array.shape != shape):
+            message = (
+                f"its array {name!r} is of type {array.dtype} and shape {array.shape}, with {array.fill_value!r} where it is open"
+            )
+            raise ValueError(message)
+    return {name: np.asarray(array[:]) for name, array in found.items()}
+
+
+def check_axes(arrays: dict[str, NDArray[Any]], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
+    """Refuse axes in a store that are not those of its arguments."""
+    if not (np.array_equal(arrays["x"], x) and np.array_equal(arrays["y"], y)):
+        message = "its axes are not those of its arguments"
+        raise ValueError(message)
 
 
 def _zarr() -> Any:
@@ -214,38 +349,3 @@ def _opened(zarr: Any, store: Any) -> Any:
         message = f"store is {_shown(store)}, but that folder has something else in it"
         raise ValueError(message)
     return None
-
-
-class _Arguments(_json.Encoder):
-    """Arguments that need not be made again: functions by what tells them apart."""
-
-    def known(self, value: Any, where: str) -> Any:
-        try:
-            return self.by_arguments(value, where)
-        except TypeError as error:
-            message = f"{where}: {type(value).__name__} cannot be told from others: {error}"
-            raise ValueError(message) from None
-
-    def other(self, value: Any, where: str) -> Any:
-        if isinstance(value, np.generic):
-            return self.encoded(value.item(), where)
-        return {"function": fingerprint(value)} if callable(value) else super().other(value, where)
-
-
-def _told(name: str, value: Any) -> dict[str, Any]:
-    """Return a value as JSON has it, its arrays as text."""
-    encoder = _Arguments({})
-    told = encoder.encoded(value, name)
-    arrays = {
-        key: [array.dtype.str, list(array.shape), base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()]
-        for key, array in encoder.arrays.items()
-    }
-    return {"value": told, "arrays": arrays}
-
-
-def untold(told: dict[str, Any]) -> Any:
-    """Return what was told, KeyError where it had functions."""
-    arrays = {}
-    for key, (dtype, shape, text) in told["arrays"].items():
-        arrays[key] = np.frombuffer(base64.b64decode(text), dtype).reshape(shape).copy()
-    return _json.decoded(told["value"], arrays, {})

@@ -17,13 +17,14 @@ from vibroimpact._kept import with_scene, without_scene
 from vibroimpact._labels import INSIDE, LOST, OPEN, UNDECIDED, check_attractors, labelled, seen, turns_of
 from vibroimpact._plane import Plane
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, check_overwrite, untold
+from vibroimpact._store import Store, check_axes, check_options
 from vibroimpact._tiles import Tile
+from vibroimpact._told import untold
 from vibroimpact.attractors import Attractor, Attractors, check_all, checked_box, find_attractors
 
 __all__ = ["Basins", "Fit", "basins"]
 
-_COLUMNS: Columns = {"iterations": ("i4", 0), "labels": ("i2", OPEN)}
+COLUMNS: Columns = {"iterations": ("i4", 0), "labels": ("i2", OPEN)}
 
 
 _LEFT = {"lost": LOST, "inside a stop": INSIDE, "not worked out yet": OPEN}
@@ -128,6 +129,7 @@ def basins(
     workers: _workers.Workers = None,
     store: Any = None,
     overwrite: bool = False,
+    key: str | None = None,
     progress: bool = False,
 ) -> Basins:
     """Say of each state of a plane to which attractor it leads.
@@ -167,9 +169,13 @@ def basins(
         As for ``simulate_many``. The bits are the same with any.
     store : str, path-like or store of zarr, optional
         A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
-        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their own code.
+        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their code, values
+        and attributes, and by those of all that they read and call outside of libraries; objects by what pickle keeps of them,
+        so that what a call changes in them can be left out by ``__getstate__``.
     overwrite : bool, default False
         Whether a store that other arguments have made is replaced; one that the same have made is gone on with.
+    key : str, optional
+        A text that stands for code that a store cannot look through, as functions compiled from C: another code, another key.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -183,7 +189,8 @@ def basins(
     ValueError
         Other than two axes, axes or numbers that are not finite, a coordinate without either, ``impact`` with q or v or more than
         one degree of freedom; a scene without a forcing period; attractors of another scene; a store that is a file, has
-        something else in it, or was made with other arguments.
+        something else in it, or was made with other arguments or other code, or, without a key, a function with a part that
+        cannot be looked through.
     OSError
         A store that cannot be written. What it had before is kept.
 
@@ -195,7 +202,7 @@ def basins(
     >>> found.labels.shape, [one.n_periods for one in found.attractors]
     ((20, 20), [3, 1])
     """
-    check_overwrite(overwrite)
+    check_options(overwrite, key)
     if hits is not None and (isinstance(hits, bool) or not isinstance(hits, (int, np.integer))):
         message = f"hits is {hits!r}, but a whole number is needed"
         raise TypeError(message)
@@ -225,7 +232,7 @@ def basins(
             "rtol": float(rtol),
             "atol": float(atol),
         }
-        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, _COLUMNS, overwrite=overwrite)
+        kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, COLUMNS, overwrite=overwrite, key=key)
     if attractors is None and kept is not None and (known := kept.kept("attractors")) is not None:
         attractors = with_scene(known, scene)
     if attractors is None:
@@ -236,7 +243,7 @@ def basins(
             kept.keep("attractors", without_scene(attractors))
     shared = (plane, scene, seen(attractors), around, angles, options)
     shape, pieces = (plane.y.size, plane.x.size), _workers.count(workers)
-    found = worked_out(_tile, shared, shape, _COLUMNS, pieces, workers, progress, kept)
+    found = worked_out(_tile, shared, shape, COLUMNS, pieces, workers, progress, kept)
     own = attractors if isinstance(attractors, Attractors) else tuple(attractors)
     return Basins(found["labels"], found["iterations"], plane.x, plane.y, plane.x_name, plane.y_name, own)
 
@@ -266,5 +273,6 @@ def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Bas
     arguments = contents["arguments"]
     known = untold(contents["attractors"] if "attractors" in contents else arguments["attractors"])
     attractors = () if known is None else with_scene(known, untold(arguments["scene"]))
-    x_name, y_name = untold(arguments["plane"])[:2]
+    x_name, y_name, x, y = untold(arguments["plane"])[:4]
+    check_axes(arrays, x, y)
     return Basins(x_name=x_name, y_name=y_name, attractors=attractors, **arrays)

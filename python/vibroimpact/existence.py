@@ -13,12 +13,13 @@ from vibroimpact import _axis, _core, _workers
 from vibroimpact._cells import Columns, Found, worked_out
 from vibroimpact._core import Scene
 from vibroimpact._results import ArrayResult
-from vibroimpact._store import Store, check_overwrite, untold
+from vibroimpact._store import Store, check_axes, check_options
 from vibroimpact._tiles import Tile
+from vibroimpact._told import untold
 
 __all__ = ["ExistenceMap", "existence_map"]
 
-_COLUMNS: Columns = {
+COLUMNS: Columns = {
     "is_admissible": ("?", False),
     "is_stable": ("?", False),
     "multiplier": ("f8", np.nan),
@@ -116,6 +117,7 @@ def existence_map(
     workers: _workers.Workers = None,
     store: Any = None,
     overwrite: bool = False,
+    key: str | None = None,
     progress: bool = False,
 ) -> ExistenceMap:
     """Map where in a plane of two parameters a pattern has a periodic orbit, an admissible one, a stable one.
@@ -136,9 +138,13 @@ def existence_map(
         with any of them. A piece that fails, or Ctrl-C, cancels those of an executor that wait.
     store : str, path-like or store of zarr, optional
         A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
-        off, with the same bits; ``load`` opens what is there. A callable is told from others by its own code.
+        off, with the same bits; ``load`` opens what is there. A callable is told from others by its code, values and
+        attributes, and by those of all that it reads and calls outside of libraries; an object by what pickle keeps of it, so
+        that what a call changes in it can be left out by ``__getstate__``.
     overwrite : bool, default False
         Whether a store that other arguments have made is replaced; one that the same have made is gone on with.
+    key : str, optional
+        A text that stands for code that a store cannot look through, as functions compiled from C: another code, another key.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -153,7 +159,8 @@ def existence_map(
     ------
     ValueError
         A name that does not exist, a value that breaks its rule, a scene or pattern that ``periodic_orbits`` refuses; a store
-        that is a file, has something else in it, or was made with other arguments.
+        that is a file, has something else in it, or was made with other arguments or other code, or, without a key, a callable
+        with a part that cannot be looked through.
     OSError
         A store that cannot be written. What it had before is kept.
 
@@ -166,7 +173,7 @@ def existence_map(
     array([[2, 2],
            [0, 0]])
     """
-    check_overwrite(overwrite)
+    check_options(overwrite, key)
     pattern = list(pattern)
     axes: tuple[_Axis, _Axis]
     if callable(scene):
@@ -179,14 +186,15 @@ def existence_map(
     (x_name, x_values), (y_name, y_values) = axes
     kept = None
     if store is not None:
-        told = {"scene": scene, "pattern": pattern, "x": axes[0], "y": axes[1], "n_periods": n_periods}
-        kept = Store(store, "ExistenceMap", told, {"x": x_values, "y": y_values}, _COLUMNS, overwrite=overwrite)
+        arguments = {"scene": scene, "pattern": pattern, "x": axes[0], "y": axes[1], "n_periods": n_periods}
+        kept = Store(store, "ExistenceMap", arguments, {"x": x_values, "y": y_values}, COLUMNS, overwrite=overwrite, key=key)
     shared = (scene, pattern, n_periods, *axes)
-    found = worked_out(work, shared, (y_values.size, x_values.size), _COLUMNS, pieces, workers, progress, kept)
+    found = worked_out(work, shared, (y_values.size, x_values.size), COLUMNS, pieces, workers, progress, kept)
     return ExistenceMap(x_values, y_values, x_name, y_name, **found)
 
 
 def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> ExistenceMap:
     """Return the map that a store holds, finished or not."""
-    x_name, y_name = (untold(contents["arguments"][axis])[0] for axis in ("x", "y"))
+    (x_name, x), (y_name, y) = (untold(contents["arguments"][axis]) for axis in ("x", "y"))
+    check_axes(arrays, x, y)
     return ExistenceMap(x_name=x_name, y_name=y_name, **arrays)

@@ -148,6 +148,7 @@ def reduce(
     *,
     n_modes: int | None = None,
     up_to: float | None = None,
+    rigid_modes: int | None = None,
     directions: Any = (),
     load: ArrayLike | None = None,
     influence: ArrayLike | None = None,
@@ -160,8 +161,8 @@ def reduce(
     Parameters
     ----------
     mass : sparse array or array_like, shape (N, N) or (N,)
-        Mass matrix M, symmetric positive definite; ``(N,)`` is a diagonal. Coordinates without mass are condensed first, by
-        ``-K_ss^-1 K_sm``; they carry no stop or force.
+        Mass matrix M, symmetric positive definite; ``(N,)`` is a diagonal. Coordinates without mass, whose rows are zero, are
+        condensed first, by ``-K_ss^-1 K_sm``; they carry no stop or force.
     damping : None, float, array_like of shape (m,), or matrix of shape (N, N)
         None: no damping. A number not below zero: the damping ratio of every mode [-]. An array: that of each mode,
         rigid-body modes included; residual vectors take the last one unless it has one for each of them too. A matrix, sparse
@@ -169,9 +170,12 @@ def reduce(
     stiffness : sparse array or array_like, shape (N, N) or (N,)
         Stiffness matrix K, symmetric, positive definite or, for a structure that nothing holds, semidefinite.
     n_modes : int, optional
-        How many of the lowest modes to keep, rigid-body modes included: from their number to N.
+        How many of the lowest modes to keep, rigid-body modes included: from their number to that of the coordinates with mass.
     up_to : float, optional
         Keep the modes of natural frequencies up to this [rad/s], in place of ``n_modes``.
+    rigid_modes : int, optional
+        How many rigid-body modes there are, 6 of a body that nothing holds; default what the squared frequencies say, see the
+        Notes. For matrices written with fewer digits, of which that many of the lowest modes get a frequency of zero.
     directions : sequence of int or array_like of shape (N,), or sparse array of shape (N, k), optional
         Directions of stops, forces and sensors: each the index of an unknown or an array, or all of them the columns of a
         sparse array.
@@ -190,20 +194,26 @@ def reduce(
     Raises
     ------
     ValueError
-        Matrices that are not square, not of one size, not symmetric or not finite; a mass that is singular or not positive
-        definite; a stiffness with negative eigenvalues; both or neither of ``n_modes`` and ``up_to``, fewer modes than
-        rigid-body modes, more than unknowns; directions, loads or damping ratios of another length; numbers that are negative
-        or not finite.
+        Matrices that are not square, not of one size, not symmetric (one triangle is not) or not finite; a mass that is singular
+        or not positive definite beside rows of zeros, unknowns with neither mass nor stiffness, directions or loads at unknowns
+        without mass; a stiffness with negative eigenvalues; both or neither of ``n_modes`` and ``up_to``, fewer modes than
+        rigid-body modes, more than unknowns; other ``rigid_modes`` than there may be; directions, loads or damping ratios of
+        another length; numbers that are negative or not finite.
     ConvergenceError
-        Modes that were not found, or not all of them, as a count by the signs of pivots says.
+        Modes that were not found, or not all of them, as a count by the signs of pivots says; modes whose squared frequencies
+        are farther apart than doubles hold.
     ImportError
         SciPy is not installed.
 
     Notes
     -----
+    *Clamped unknowns*, whose diagonal of K some programs set to 1e36, may be left in: modes and static answers are those of the
+    clamped structure, of which there are fewer. A direction along which nothing moves beside that is refused.
+
     *Modes* come from a shift-invert Lanczos method, with a count by the inertia of ``K - s M`` that none is missing [1]_. A
-    structure is free if modes have a squared frequency within the rounding of the entries of K, which are to have all digits of
-    doubles; these modes get a frequency of zero.
+    structure is free if modes have a squared frequency within the rounding of the entries of K, or within what is left where
+    these have lost digits, up to a rounding of 1e-12, if all others lie a thousand times beyond; these modes get a frequency of
+    zero. ``rigid_modes`` says how many they are where that is not so, 0 of a structure that is held as softly as that.
 
     *Residual flexibility* [1]_: with ``X = K^-1 N`` for the directions N, the residual vectors are what is left of X beside
     the modes. The static compliance ``n.K^-1 n``, also between two directions, is then that of the full model, with any
@@ -240,20 +250,27 @@ def reduce(
     >>> scene = vi.Scene(bar.system, vi.Harmonic(tip, 1.5), vi.Stop(tip, 0.1, 0.8))
     """
     _matrices.sparse_library("vibroimpact.reduce")
-    from vibroimpact import _sparse_modes
+    from vibroimpact import _rigid_modes, _sparse_modes
+    from vibroimpact._condensation import Condensation
 
     m = _matrices.symmetric("mass", mass)
     n = m.shape[0]
     k = _matrices.symmetric("stiffness", stiffness, n)
     loads = _matrices.directions("directions", directions, n)
     f0, r = _vector("load", load, n), _vector("influence", influence, n)
-    count, highest = _choice(n_modes, up_to, n)
     given = _given_damping(damping, n)
-    _sparse_modes.check_mass(m)
+    condensed = Condensation(m, k)
+    n = condensed.n
+    loads = condensed.forces("directions", loads)
+    if f0 is not None:
+        condensed.forces("load", f0)
+    count, highest = _choice(n_modes, up_to, n)
+    n_rigid = _rigid(rigid_modes, n)
+    _sparse_modes.check_mass(condensed.mass)
     # In units of their largest entries, so that no unit of the user's takes anything out of the doubles.
-    of_mass, of_stiffness = (_power_of_four(float(abs(matrix).max())) for matrix in (m, k))
-    mass, stiffness = m / of_mass, k / of_stiffness
-    rigid = _sparse_modes.rigid_body_modes(stiffness, mass, n if count is None else count)
+    of_mass, of_stiffness = (_power_of_four(float(abs(matrix).max())) for matrix in (m, condensed.stiffness))
+    mass, stiffness = condensed.mass / of_mass, condensed.stiffness / of_stiffness
+    rigid = _rigid_modes.rigid_body_modes(stiffness, mass, n if count is None else count, n_rigid)
     if count is None:
         count = max(_sparse_modes.count_below(stiffness, mass, highest / of_stiffness * of_mass), rigid.shape[1])
     elif count < rigid.shape[1]:
@@ -261,7 +278,15 @@ def reduce(
         raise ValueError(message)
     flexibility = _sparse_modes.Flexibility(stiffness, mass, rigid)
     squares, elastic = _sparse_modes.elastic_modes(stiffness, mass, flexibility, rigid, count - rigid.shape[1])
+    _sparse_modes.check_range(stiffness, mass, squares, elastic)
     answers = flexibility.solve(loads)
+    if loads.size and squares.size:
+        for i in _sparse_modes.clamped(flexibility.elastic_part(loads), answers, mass, float(squares[0]))[:1]:
+            told = _sparse_modes.stiffest(stiffness, mass)
+            message = (
+                f"directions[{i}] is one along which nothing moves, beside the rounding of other motions: {told}; leave it out"
+            )
+            raise ValueError(message)
     if residual:
         left = _sparse_modes.orthonormalise(answers, mass, np.hstack([rigid, elastic]), _DROPPED)
         more, left = _sparse_modes.ritz(stiffness, left)
@@ -273,7 +298,7 @@ def reduce(
     squares = np.append(np.zeros(rigid.shape[1]), squares)
     exact = np.einsum("ij,ij->j", flexibility.elastic_part(loads), answers)
     error = _static_error(squares, basis.T @ loads, exact)
-    squares, basis = squares * of_stiffness / of_mass, basis / np.sqrt(of_mass)
+    squares, basis = squares * of_stiffness / of_mass, condensed.whole(basis / np.sqrt(of_mass))
     c = _sparse_modes.quadratic(given, basis) if _matrices.is_sparse(given) else given
     system = LinearSystem(
         np.ones(len(squares)),
@@ -321,9 +346,24 @@ def _choice(n_modes: int | None, up_to: float | None, n: int) -> tuple[int | Non
         message = f"n_modes is {n_modes!r}, but a whole number is needed"
         raise TypeError(message) from None
     if not 1 <= count <= n:
-        message = f"n_modes is {count}, but it must lie in 1 to {n}, the number of unknowns"
+        message = f"n_modes is {count}, but it must lie in 1 to {n}, the number of unknowns with mass"
         raise ValueError(message)
     return count, 0.0
+
+
+def _rigid(rigid_modes: int | None, n: int) -> int | None:
+    """Return a number of rigid-body modes, None where it is to be found."""
+    if rigid_modes is None:
+        return None
+    try:
+        count = index(rigid_modes)
+    except TypeError:
+        message = f"rigid_modes is {rigid_modes!r}, but a whole number is needed"
+        raise TypeError(message) from None
+    if not 0 <= count <= n:
+        message = f"rigid_modes is {count}, but it must lie in 0 to {n}, the number of unknowns with mass"
+        raise ValueError(message)
+    return count
 
 
 def _given_damping(damping: Any, n: int) -> Any:

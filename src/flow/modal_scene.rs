@@ -4,10 +4,9 @@ use crate::error::Result;
 use crate::flow::gap_row::Quantity;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
-use crate::modal::{Form, ModalForm, Pair, Response};
+use crate::modal::{Form, ModalForm, Pair, Response, check_range};
 use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
 use nalgebra::{Complex, DVector};
-use std::convert::Infallible;
 use std::sync::{Arc, OnceLock};
 
 /// The machinery of a linear scene.
@@ -57,19 +56,22 @@ struct ModalContacts {
 }
 
 impl ModalContacts {
-    fn new(system: &LinearSystem, form: &ModalForm, scene: &Scene) -> Self {
+    fn new(system: &LinearSystem, form: &ModalForm, scene: &Scene) -> Result<Self> {
         let geometry = ContactGeometry::new(system, scene);
+        if geometry.len() > 0 && system.diagonals().is_none() {
+            check_range(system)?;
+        }
         let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
             Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
         };
         let normal = |i: usize| geometry.normals.column(i).into_owned();
         let reaction = |i: usize| geometry.reactions.column(i).into_owned();
-        Self {
+        Ok(Self {
             position_rows: each(&|i| form.position_row(&normal(i))),
             velocity_rows: each(&|i| form.velocity_row(&normal(i))),
             jumps: each(&|i| form.velocity_jump(&reaction(i))),
             geometry: Arc::new(geometry),
-        }
+        })
     }
 }
 
@@ -87,9 +89,9 @@ impl ModalScene {
     pub(super) fn turned(scene: &Scene, purpose: &str, phase: f64) -> Result<Self> {
         let system = scene.linear_system(purpose)?;
         let form = ModalForm::of(system)?;
-        let Ok(contacts) = scene
+        let contacts = scene
             .contacts()
-            .or_made(|| Ok::<_, Infallible>(ModalContacts::new(system, &form, scene)));
+            .or_made(|| ModalContacts::new(system, &form, scene))?;
         let excitation = scene.excitation().turned(phase);
         let n = system.n_dof();
         let load = form.load(system, &excitation.constant(n));

@@ -11,13 +11,13 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, Symmetr
 use std::borrow::Cow;
 
 /// Sweeps of the QR iteration allowed, per row of the matrix.
-const SWEEPS_PER_ROW: usize = 100;
+pub(super) const SWEEPS_PER_ROW: usize = 100;
 
 /// Rows of a matrix from which an eigenproblem is long enough to be left alone when it is not wanted any more.
 const LARGE: usize = 64;
 
 /// Solves an eigenproblem of a matrix of so many rows, which takes so many matrices of its size.
-fn solve<T: Send + 'static>(
+pub(super) fn solve<T: Send + 'static>(
     rows: usize,
     matrices: usize,
     problem: impl FnOnce() -> Result<T> + Send + 'static,
@@ -52,9 +52,8 @@ fn symmetric_problem(a: DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>)> {
     Ok((values, vectors))
 }
 
-/// The 2 by 2 case by one Jacobi rotation, which keeps the relative accuracy of a small eigenvalue.
-fn symmetric_2(a: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
-    let (p, q, r) = (a[(0, 0)], 0.5 * (a[(0, 1)] + a[(1, 0)]), a[(1, 1)]);
+/// The rotation that takes `[[p, q], [q, r]]` to `diag(p - t q, r + t q)` (Jacobi): its tangent t, cosine and sine.
+pub(super) fn rotation(p: f64, q: f64, r: f64) -> (f64, f64, f64) {
     let t = if q == 0.0 {
         0.0
     } else {
@@ -62,7 +61,13 @@ fn symmetric_2(a: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
         tau.signum() / (tau.abs() + tau.hypot(1.0))
     };
     let c = 1.0 / t.hypot(1.0);
-    let s = t * c;
+    (t, c, t * c)
+}
+
+/// The 2 by 2 case by one Jacobi rotation, which keeps the relative accuracy of a small eigenvalue.
+fn symmetric_2(a: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let (p, q, r) = (a[(0, 0)], 0.5 * (a[(0, 1)] + a[(1, 0)]), a[(1, 1)]);
+    let (t, c, s) = rotation(p, q, r);
     let (first, second) = ((p - t * q, [c, -s]), (r + t * q, [s, c]));
     let (low, high) = if first.0 <= second.0 {
         (first, second)

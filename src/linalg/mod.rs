@@ -8,6 +8,7 @@ pub(crate) mod eigen;
 pub(crate) mod elementary;
 pub(crate) mod exponential;
 pub(crate) mod francis;
+pub(crate) mod graded;
 mod lemke;
 pub(crate) mod matrix_exponential;
 pub(crate) mod plane;

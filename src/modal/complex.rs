@@ -1,12 +1,12 @@
 //! Complex modes (theory 4): the state matrix of any linear system as real 2 by 2 blocks, one for each complex pair or
 //! for two real roots, unless its eigenvectors are too close to dependent.
 
-use crate::error::Result;
-use crate::linalg::eigen;
+use crate::error::{Error, Result};
+use crate::linalg::{eigen, graded};
 use crate::modal::block::Block;
 use crate::model::LinearSystem;
 use crate::tolerance::{
-    DEFECTIVE_CONDITION, REAL_ROOT_TOL, SPLIT_ZERO_ROOT, STANDS_STILL, ZERO_ROOT,
+    DEFECTIVE_CONDITION, REAL_ROOT_TOL, SPLIT_ZERO_ROOT, STANDS_STILL, TOO_GRADED, ZERO_ROOT,
 };
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -35,25 +35,53 @@ pub(crate) fn state_matrix(system: &LinearSystem) -> DMatrix<f64> {
     a
 }
 
+/// Refuses an unknown so much stiffer than others, beside its mass, that doubles do not hold what it does beside them. Modes that the
+/// damping does not couple are right without it, but impacts set all of them going.
+///
+/// # Errors
+/// The stiffest unknown.
+pub(crate) fn check_range(system: &LinearSystem) -> Result<()> {
+    let stiffness = system.stiffness().to_dense();
+    let squares = graded::squares(&system.mass().to_dense(), &stiffness);
+    if !graded::are_apart(&squares, TOO_GRADED) {
+        return Ok(());
+    }
+    let stiffest = (0..squares.len()).max_by(|&i, &j| squares[i].total_cmp(&squares[j]));
+    let i = stiffest.unwrap_or_default();
+    let rule = "beside its mass it is more than 1/EPSILON times as stiff as another unknown: doubles do not hold that where stops are hit, \
+                damping couples the modes, or the stiffness is not symmetric; leave a clamped unknown out of the matrices";
+    let argument = format!("stiffness[{i}, {i}]");
+    Err(Error::bad_value(argument, stiffness[(i, i)], rule))
+}
+
+/// The state matrix with velocities in units of the system's own rate, so that a condition number says something; the rate, a power of
+/// two, by which nothing is rounded.
+///
+/// # Errors
+/// As [`check_range`].
+pub(crate) fn scaled_state_matrix(system: &LinearSystem) -> Result<(DMatrix<f64>, f64)> {
+    let n = system.n_dof();
+    check_range(system)?;
+    let mut a = state_matrix(system);
+    let stiffness = a.view((n, 0), (n, n)).norm().sqrt();
+    let damping = a.view((n, n), (n, n)).norm();
+    let rate = stiffness.max(damping);
+    let rate = if rate > 0.0 {
+        rate.log2().round().exp2()
+    } else {
+        1.0
+    };
+    a.view_mut((0, n), (n, n)).scale_mut(rate);
+    a.view_mut((n, 0), (n, n)).unscale_mut(rate);
+    Ok((a, rate))
+}
+
 impl ComplexModes {
     /// The blocks of a system, `None` where the state matrix is defective or nearly so.
     pub fn new(system: &LinearSystem) -> Result<Option<Self>> {
         let n = system.n_dof();
-        let a = state_matrix(system);
-        // Velocities in units of the system's own rate, so that the condition number says something; of a power of two, by which
-        // nothing is rounded.
-        let rate = {
-            let stiffness = a.view((n, 0), (n, n)).norm().sqrt();
-            let damping = a.view((n, n), (n, n)).norm();
-            let rate = stiffness.max(damping);
-            if rate > 0.0 {
-                rate.log2().round().exp2()
-            } else {
-                1.0
-            }
-        };
+        let (scaled, rate) = scaled_state_matrix(system)?;
         let unit = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { rate });
-        let scaled = DMatrix::from_fn(2 * n, 2 * n, |i, j| a[(i, j)] * unit[j] / unit[i]);
         let (roots, mut vectors) = eigen::eigenvectors(&scaled)?;
         // A position moves by its velocity alone, which is known to fewer digits the slower the mode is.
         for (j, &root) in roots.iter().enumerate() {
@@ -84,7 +112,7 @@ impl ComplexModes {
         let to_physical = DMatrix::from_fn(2 * n, 2 * n, |i, j| columns[(i, j)] * unit[i]);
         let mut to_modal = DMatrix::from_fn(2 * n, 2 * n, |i, j| inverse[(i, j)] / unit[j]);
         // Where a coordinate that no spring holds stands is nothing to what moves: rounding would set it going.
-        let is_free = |j: usize| a.view((n, j), (n, 1)).iter().all(|&k| k == 0.0);
+        let is_free = |j: usize| scaled.view((n, j), (n, 1)).iter().all(|&k| k == 0.0);
         let moving = blocks.iter().flat_map(|block| block.roots());
         for (i, _) in moving.enumerate().filter(|(_, root)| root.norm() > 0.0) {
             for j in (0..n).filter(|&j| is_free(j)) {

@@ -13,6 +13,7 @@ mod state;
 
 pub(crate) use crate::linalg::plane::{Pair, times};
 pub(crate) use block::{Block, Response};
+pub(crate) use complex::check_range;
 pub(crate) use form::{Form, ModalForm, pairs, rate_bound};
 pub use modes::{Modes, Spectrum, modes, spectrum};
 pub(crate) use propagation::Propagation;

@@ -1,9 +1,9 @@
 //! The modes of a linear system as a user sees them: frequencies, shapes, damping ratios, eigenvalues.
 
 use crate::error::Result;
-use crate::linalg::eigen;
+use crate::linalg::{eigen, graded};
 use crate::modal::block::{Block, Response};
-use crate::modal::complex::state_matrix;
+use crate::modal::complex::{scaled_state_matrix, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
@@ -137,7 +137,14 @@ fn proportional(real: RealModes) -> Spectrum {
 
 fn general(system: &LinearSystem, real: Option<RealModes>) -> Result<Spectrum> {
     let n = system.n_dof();
-    let (roots, vectors) = eigen::eigenvectors(&state_matrix(system))?;
+    let (scaled, _) = scaled_state_matrix(system)?;
+    // In units of its own rate where rounding relative to the largest entry would take digits.
+    let is_graded = graded::order(&system.mass().to_dense(), &system.stiffness().to_dense());
+    let (roots, vectors) = eigen::eigenvectors(&if is_graded.is_some() {
+        scaled
+    } else {
+        state_matrix(system)
+    })?;
     let mut order: Vec<usize> = (0..2 * n).collect();
     // By modulus; of a pair, the positive imaginary part first.
     order.sort_by(|&i, &j| {

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::linalg::plane::Pair;
-use crate::linalg::{compensated, eigen};
+use crate::linalg::{compensated, eigen, graded};
 use crate::model::LinearSystem;
 use crate::tolerance::PROPORTIONAL_TOL;
 use nalgebra::{DMatrix, DVector};
@@ -127,10 +127,10 @@ impl RealModes {
         if !system.stiffness().is_symmetric() {
             return Ok(None);
         }
-        let (w2, mut shapes) =
-            eigen::symmetric_generalised(&system.mass_cholesky(), &system.stiffness().to_dense())?;
+        let stiffness = system.stiffness().to_dense();
         let damping = system.damping().to_dense();
-        rotate_clusters(&w2, &damping, &mut shapes)?;
+        let (w2, rounding, mut shapes) = undamped(system, &stiffness)?;
+        rotate_clusters(&w2, &rounding, &damping, &mut shapes)?;
         for mut column in shapes.column_iter_mut() {
             if column[column.icamax()] < 0.0 {
                 column.neg_mut();
@@ -139,17 +139,15 @@ impl RealModes {
         let mut modal = shapes.transpose() * &damping * &shapes;
         // What slow modes take of large entries cancels.
         modal.set_diagonal(&beyond_rounding(&damping, &shapes));
-        let w2 = beyond_rounding(&system.stiffness().to_dense(), &shapes);
+        let w2 = beyond_rounding(&stiffness, &shapes);
         // In numbers `Phi^T M` cancels where the entries of M differ by many orders.
         let inverse = shapes.clone().try_inverse();
         let inverse = inverse.unwrap_or_else(|| shapes.tr_mul(&system.mass().to_dense()));
-        let largest = modal.diagonal().amax();
-        let off_diagonal = &modal - DMatrix::from_diagonal(&modal.diagonal());
         Ok(Some(Self {
             w2,
             eta: modal.diagonal() * 0.5,
+            is_proportional: is_diagonal(&modal, &damping, &shapes),
             shapes: Shapes::Dense { shapes, inverse },
-            is_proportional: off_diagonal.amax() <= PROPORTIONAL_TOL * largest,
         }))
     }
 
@@ -171,6 +169,44 @@ impl RealModes {
     }
 }
 
+/// Squared frequencies, ascending, what rounding may make of them, and M-orthonormal shapes.
+fn undamped(
+    system: &LinearSystem,
+    stiffness: &DMatrix<f64>,
+) -> Result<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
+    let mass = system.mass().to_dense();
+    if let Some(order) = graded::order(&mass, stiffness) {
+        let (w2, shapes) = graded::symmetric_generalised(&mass, stiffness, &order)?;
+        let rounding = compensated::quadratic_rounding(stiffness, &shapes);
+        return Ok((w2, rounding, shapes));
+    }
+    let (w2, shapes) = eigen::symmetric_generalised(&system.mass_cholesky(), stiffness)?;
+    let n = w2.len();
+    let rounding = DVector::from_element(n, 4.0 * f64::EPSILON * n as f64 * w2.amax());
+    Ok((w2, rounding, shapes))
+}
+
+/// Whether the damping in the modes is diagonal but for rounding: each other entry is measured by those of its own two modes, and by
+/// the sizes of the terms it is a sum of, not by what a stiff mode elsewhere has.
+fn is_diagonal(modal: &DMatrix<f64>, damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> bool {
+    let n = modal.nrows();
+    let beside = (0..n).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let mut left = beside.filter(|&(i, j)| {
+        let own = modal[(i, i)].abs().max(modal[(j, j)].abs());
+        modal[(i, j)].abs().max(modal[(j, i)].abs()) > PROPORTIONAL_TOL * own
+    });
+    let Some(first) = left.next() else {
+        return true;
+    };
+    let sizes = shapes.abs();
+    let sizes = sizes.tr_mul(&(damping.abs() * &sizes));
+    let is_rounding = |(i, j)| {
+        let entry = f64::max(modal[(i, j)].abs(), modal[(j, i)].abs());
+        entry <= PROPORTIONAL_TOL * f64::max(sizes[(i, j)], sizes[(j, i)])
+    };
+    is_rounding(first) && left.all(is_rounding)
+}
+
 /// The values of a form at the modes, zero where the rounding of its entries may have made them: what no spring or dashpot
 /// holds moves as a rigid body, not with a frequency of 1e-16 of the others.
 fn beyond_rounding(matrix: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DVector<f64> {
@@ -187,15 +223,15 @@ fn beyond_rounding(matrix: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DVector<f64>
 /// Inside each cluster of equal frequencies, turns the shapes so that they diagonalise the damping too.
 fn rotate_clusters(
     w2: &DVector<f64>,
+    rounding: &DVector<f64>,
     damping: &DMatrix<f64>,
     shapes: &mut DMatrix<f64>,
 ) -> Result<()> {
     let n = w2.len();
-    let rounding = 4.0 * f64::EPSILON * n as f64 * w2.amax();
     let mut start = 0;
     while start < n {
         let mut end = start + 1;
-        while end < n && w2[end] - w2[start] <= 1e-12 * w2[start].abs() + rounding {
+        while end < n && w2[end] - w2[start] <= 1e-12 * w2[start].abs() + rounding[start] {
             end += 1;
         }
         if end > start + 1 {

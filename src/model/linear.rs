@@ -66,7 +66,14 @@ impl Coefficient {
     pub fn is_symmetric(&self) -> bool {
         match self {
             Self::Diagonal(_) => true,
-            Self::Dense(m) => (m - m.transpose()).amax() <= SYMMETRY_TOL * m.amax(),
+            Self::Dense(m) => {
+                let row = |i: usize| m.row(i).amax().max(m.column(i).amax());
+                let rows: Vec<f64> = (0..m.nrows()).map(row).collect();
+                (0..m.nrows()).all(|i| {
+                    let own = |j: usize| SYMMETRY_TOL * rows[i].min(rows[j]);
+                    (0..i).all(|j| (m[(i, j)] - m[(j, i)]).abs() <= own(j))
+                })
+            }
         }
     }
 

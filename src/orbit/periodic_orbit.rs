@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
-use crate::model::{Change, PhysicalState, Scene};
+use crate::model::{Change, Forcing, PhysicalState, Scene};
 use crate::observer::Observer;
 use crate::orbit::extremes::{Along, Extremes};
 use crate::orbit::flights::{Flight, OrbitData};
@@ -26,6 +26,8 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     scene: Scene,
+    /// The scene as it was before it was turned to the phase, where that rounds the phases of several motions.
+    unturned: Option<Box<Scene>>,
     motion: OrbitMotion,
     pattern: Pattern,
     n_periods: usize,
@@ -63,7 +65,9 @@ impl PeriodicOrbit {
             return Err(outgrown());
         }
         let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
+        let rounds = scene.has_moving_stops() || matches!(scene.forcing(), Forcing::Several(_));
         Ok(Self {
+            unturned: rounds.then(|| Box::new(scene.clone())),
             scene: match scene.frequency() {
                 Some(_) => scene.replace(Change::FundamentalPhase(phase))?,
                 None => scene.clone(),
@@ -87,6 +91,11 @@ impl PeriodicOrbit {
     /// The scene with the orbit's phase and clearances: simulated from `(q0, v0)` at t = 0 it retraces the orbit.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The scene from which [`restore`](Self::restore) makes the orbit again to the last bit: [`scene`](Self::scene) in any phase.
+    pub fn saved_scene(&self) -> &Scene {
+        self.unturned.as_deref().unwrap_or(&self.scene)
     }
 
     /// The period \[s\].

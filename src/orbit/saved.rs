@@ -10,6 +10,7 @@ use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::path::{ORBIT, check_motion};
 use crate::tolerance::PERIOD_TOL;
 use std::sync::Arc;
 
@@ -53,7 +54,7 @@ impl PeriodicOrbit {
         }
     }
 
-    /// The orbit that was saved; `scene` is the orbit's own.
+    /// The orbit that was saved; `scene` is the orbit's own, to the last bit its [`saved_scene`](Self::saved_scene).
     ///
     /// # Errors
     /// Numbers that do not fit the scene or each other.
@@ -180,6 +181,17 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &SavedOrbit) -> Result<()> {
         }
     }
     Ok(())
+}
+
+impl PeriodicOrbit {
+    /// Refuses an orbit that its scene cannot have: flights that do not meet, jumps of the velocity that no stop gives, impacts that are
+    /// not of the motion, a period that does not close. Stops may be passed, as by orbits that are not admissible.
+    ///
+    /// # Errors
+    /// What disagrees, with its time; what functions of the scene report.
+    pub fn check_kept(&self) -> Result<()> {
+        check_motion(ORBIT, self.path(), self.scene(), self.impacts())
+    }
 }
 
 fn saved_mode(flight: &Flight) -> SavedMode {

@@ -47,6 +47,16 @@ impl<'a> PathEquations<'a> {
         }
     }
 
+    /// The contacts of the scene's stops.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    /// The system of the scene.
+    pub fn system(&self) -> &System {
+        self.system
+    }
+
     /// Whether a stop moves by itself.
     pub fn has_moving_stops(&self) -> bool {
         self.contacts.iter().any(|contact| contact.motion.is_some())

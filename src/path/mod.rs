@@ -1,6 +1,7 @@
 //! Motions that are kept, and what is had of them: states on both sides of an instant, segments, samples, accelerations, contact
 //! forces, impulses, the energy ledger.
 
+mod consistent;
 mod drawing;
 mod energy;
 mod equations;
@@ -15,6 +16,7 @@ mod path;
 mod quadrature;
 mod segments;
 
+pub(crate) use consistent::{ORBIT, check_motion};
 pub use drawing::Samples;
 pub use energy::Energy;
 pub(crate) use energy::energy_along;

@@ -1,7 +1,7 @@
 //! Integrals along an arc by Gauss's rule of six points, on stretches so short that the fastest motion there that has not died out
 //! turns by half a radian at the most.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::path::fading::Rates;
 
 /// Nodes and weights of Gauss's rule of six points on [0, 1].
@@ -15,6 +15,8 @@ const GAUSS: [(f64, f64); 6] = [
 ];
 /// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
 const STRETCH: f64 = 0.5;
+/// Stretches of a part of a flight at the most: years of work.
+const MOST_STRETCHES: f64 = 1e12;
 
 /// A node of the rule: where along the arc, what a value there counts, the length of its stretch.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +37,14 @@ pub(super) fn each_node(
         let (rate, until) = rates.at(start);
         let end = until.min(to);
         let count = ((end - start) * rate / STRETCH).ceil().max(1.0);
+        let may_be_counted = count <= MOST_STRETCHES;
+        if !may_be_counted {
+            return Err(Error::NoConvergence {
+                stage: "the quadrature of a flight, in which the fastest motion turns too often",
+                iterations: MOST_STRETCHES as usize,
+                residual: count,
+            });
+        }
         let stretch = (end - start) / count;
         for k in 0..count as usize {
             for (node, weight) in GAUSS {

@@ -74,7 +74,7 @@ mod _core {
         PyScene, PySignal, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
-    use super::orbit::{_restore_orbit, PyOrbit};
+    use super::orbit::{_check_orbit, _restore_orbit, PyOrbit};
     #[pymodule_export]
     use super::orbit_facts::{PyCoefficients, PyFamily, PyStability, PyViolation};
     #[pymodule_export]
@@ -88,7 +88,7 @@ mod _core {
     #[pymodule_export]
     use super::sweep::{_check_existence, _existence_at, _existence_cells, _simulate_rows};
     #[pymodule_export]
-    use super::trajectory::{_restore_trajectory, PyTrajectory};
+    use super::trajectory::{_check_trajectory, _restore_trajectory, PyTrajectory};
 
     use pyo3::prelude::*;
 

@@ -656,7 +656,9 @@ impl PyOrbit {
         let arguments = PyTuple::new(
             py,
             [
-                self.scene().into_pyobject(py)?.into_any(),
+                PyScene(self.0.saved_scene().clone())
+                    .into_pyobject(py)?
+                    .into_any(),
                 self.pattern(py)?.into_any(),
                 saved.n_periods.into_pyobject(py)?.into_any(),
                 saved.phase.into_pyobject(py)?.into_any(),
@@ -701,4 +703,10 @@ pub(crate) fn _restore_orbit(
     let scene = &scene.0;
     let orbit = interrupt::run(py, false, |_| PeriodicOrbit::restore(scene, pattern, saved))?;
     Ok(PyOrbit(orbit))
+}
+
+/// Refuses an orbit from a file that its scene cannot have.
+#[pyfunction]
+pub(crate) fn _check_orbit(py: Python<'_>, orbit: &PyOrbit) -> PyResult<()> {
+    interrupt::run(py, false, |_| orbit.0.check_kept())
 }

@@ -731,3 +731,9 @@ pub(crate) fn _restore_trajectory(
         None => PyTrajectory::new(core),
     })
 }
+
+/// Refuses a trajectory from a file that its scene cannot have.
+#[pyfunction]
+pub(crate) fn _check_trajectory(py: Python<'_>, trajectory: &PyTrajectory) -> PyResult<()> {
+    interrupt::run(py, false, |_| trajectory.core.check_kept())
+}

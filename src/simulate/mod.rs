@@ -16,6 +16,7 @@ mod record;
 mod restore;
 mod run;
 mod saved;
+mod saved_mechanics;
 mod saved_rules;
 mod schedule;
 mod simulation;

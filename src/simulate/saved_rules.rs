@@ -166,8 +166,14 @@ pub(super) fn check_arcs(kept: &PathParts, (start, end): (f64, f64)) -> Result<(
     }
     let slack = TIME_TOL * start.abs().max(end.abs());
     let mut last = start;
+    let rounding = 4.0 * f64::EPSILON * start.abs().max(end.abs());
     for PathArc { clock, span } in pieces {
-        let begins = clock.time();
+        let [begins, rest] = clock.reading();
+        let is_rounding = rest.abs() <= rounding;
+        if !is_rounding {
+            let rule = "it must be what rounding takes from a time";
+            return Err(refused("a rest of a time", rest, rule));
+        }
         // A span or a time that is no number breaks these too.
         let follows = (begins - last).abs() <= slack && *span >= 0.0 && span.is_finite();
         if !follows {

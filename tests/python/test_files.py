@@ -1,5 +1,6 @@
 """Results in files and as labelled arrays: what goes out comes back, to the bit, and nothing else comes in."""
 
+import contextlib
 import io
 import json
 import math
@@ -280,3 +281,175 @@ class TestXarray:
         for name in ("Trajectory, exact", "Orbit", "ExistenceMap", "Ensemble"):
             with pytest.raises(ImportError, match=r'to_xarray needs xarray: pip install "vibroimpact\[xarray\]"'):
                 RESULTS[name].to_xarray()
+
+
+class TestBytes:
+    """Bytes that are not those that were written: a result that is the same, or ValueError."""
+
+    @pytest.mark.parametrize("name", RESULTS)
+    def test_flipped_bits_and_cuts_are_refused(self, name, tmp_path):
+        thing = RESULTS[name]
+        path = saved(tmp_path, thing)
+        whole = path.read_bytes()
+        rng = np.random.default_rng(len(whole))
+        for k in range(24):
+            changed = bytearray(whole)
+            if k % 4 == 3:
+                del changed[int(rng.integers(len(whole))) :]
+            else:
+                for place in rng.integers(len(whole), size=1 + k % 3):
+                    changed[place] ^= 1 << int(rng.integers(8))
+            path.write_bytes(changed)
+            try:
+                again = vi.load(path)
+            except ValueError as error:
+                assert "path is" in str(error)  # noqa: PT017
+            else:
+                assert same(thing, again)
+
+    def test_every_bit_of_the_first_entries_and_of_the_directory(self, tmp_path):
+        """Headers of the archive and of NumPy: their readers raise errors of every kind."""
+        path = saved(tmp_path, OBJECTS.get("Ensemble, final", RUN))
+        thing, whole = vi.load(path), path.read_bytes()
+        places = [*range(0, 260), *range(len(whole) - 160, len(whole))]
+        for place in places:
+            for bit in (1, 4, 32, 128):
+                changed = bytearray(whole)
+                changed[place] ^= bit
+                path.write_bytes(changed)
+                with contextlib.suppress(ValueError):
+                    assert same(thing, vi.load(path))
+
+    def test_headers_that_numpy_cannot_read(self, tmp_path):
+        """The header of an array is Python's own syntax, which its reader parses."""
+        path = saved(tmp_path)
+        with zipfile.ZipFile(path) as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+        for text in (
+            b"{'descr': '<f8', 'fortran_order': False, 'shape': (1,",
+            b"\x00{",
+            b"(" * 90,
+            b"{'a'",
+            b"'",
+            b"1 +",
+            b"\n \n  a",
+        ):
+            for name in members:
+                if name != "header.npy":
+                    own = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text
+                    with zipfile.ZipFile(path, "w") as archive:
+                        for other, content in members.items():
+                            archive.writestr(other, own if other == name else content)
+                    with pytest.raises(ValueError, match="no result of vibroimpact, or was changed or cut"):
+                        vi.load(path)
+
+
+class TestMechanics:
+    """Files rewritten with valid checksums: a motion is one of its scene, or it is refused."""
+
+    LINEAR = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], 1.3), vi.Stop(0, 0.5, 0.5))
+    CHAIN = vi.Scene(vi.PendulumChain([1.0, 0.5], [0.5, 0.3], damping=0.02), vi.BaseMotion(0.06, 5.0), vi.Wall(1, 0.05, 0.7))
+
+    def changed(self, path, change):
+        """Rewrite a file with another header or other arrays."""
+        header, arrays = entries(path)
+        change(header, arrays)
+        return rewritten(path, header, arrays)
+
+    @pytest.mark.parametrize("factor", [2.0, 0.5, -1.0, 1e300, 0.0])
+    @pytest.mark.parametrize("kind", ["linear", "chain"])
+    def test_numbers_of_the_scene_are_those_of_the_motion(self, kind, factor, tmp_path):
+        scene = {"linear": self.LINEAR, "chain": self.CHAIN}[kind]
+        n = scene.n_dof
+        run = vi.simulate(scene, np.zeros(n), np.zeros(n), (0, 15))
+        assert len(run.impacts) > 2
+        _, arrays = entries(saved(tmp_path, run))
+        for name, array in arrays.items():
+            if array.dtype.kind == "f" and array.any():
+                path = saved(tmp_path, run)
+                self.changed(path, lambda _, arrays, name=name: arrays.update({name: arrays[name] * factor}))
+                with pytest.raises(ValueError, match="it was changed"):
+                    vi.load(path)
+
+    def test_each_number_of_the_motion_is_one_of_it(self, tmp_path):
+        """Every number in the header that is no count, a tenth more: another motion, or one number of no consequence."""
+        run = vi.simulate(self.LINEAR, 0.0, 0.0, (0, 15))
+        header, _ = entries(saved(tmp_path, run))
+
+        def numbers(part, way=()):
+            if isinstance(part, float) and part and way[0] in ("arguments", "scene"):
+                yield way
+            for key, inner in part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ():
+                yield from numbers(inner, (*way, key))
+
+        refused, taken = 0, []
+        for way in numbers(header):
+            path = saved(tmp_path, run)
+
+            def change(header, _, way=way):
+                for key in way[:-1]:
+                    header = header[key]
+                header[way[-1]] *= 1.1
+
+            self.changed(path, change)
+            try:
+                again = vi.load(path)
+                taken.append(way)
+                assert again.energy.balance[-1] < np.inf
+            except ValueError:
+                refused += 1
+        assert refused > 20
+        # What rounding took from the times, and phases, which follow from the times.
+        assert all(way[0] == "arguments" for way in taken), taken
+
+    def test_orbits_are_of_their_scene(self, tmp_path):
+        orbit = vi.periodic_orbits(vi.paper_scene(3), [1], n_periods=2)[0]
+        for name in entries(saved(tmp_path, orbit))[1]:
+            path = saved(tmp_path, orbit)
+            self.changed(path, lambda _, arrays, name=name: arrays.update({name: arrays[name] * 2}))
+            if same(*(entries(p)[1][name] for p in (path, saved(tmp_path, orbit)))):
+                continue
+            self.changed(path, lambda _, arrays, name=name: arrays.update({name: arrays[name] * 2}))
+            with pytest.raises(ValueError, match="it was changed"):
+                vi.load(path)
+
+    def test_orbits_that_are_not_admissible_come_back(self, tmp_path):
+        orbits = vi.periodic_orbits(vi.paper_scene(3), [1], n_periods=2)
+        found = [
+            one
+            for scale in (0.2, 1.0, 3.0)
+            for one in vi.periodic_orbits(vi.paper_scene(3).replace(forcing_scale=scale), [1], n_periods=2)
+        ]
+        assert {one.is_admissible for one in [*orbits, *found]} == {True, False}
+        for one in found:
+            assert same(one, vi.load(saved(tmp_path, one)))
+
+    def test_a_flight_that_turns_without_end_is_told(self):
+        system = vi.LinearSystem(1.0, 0.0, 1e300)
+        run = vi.simulate(vi.Scene(system, None, []), 1e-300, 0.0, (0, 1))
+        with pytest.raises(vi.ConvergenceError, match="the quadrature of a flight"):
+            run.energy  # noqa: B018
+
+
+def test_orbits_of_moving_stops_come_back_to_the_bit(tmp_path):
+    """Turning a scene to the phase of an orbit rounds the phases of its stops: the orbit is of the scene before."""
+    rng = np.random.default_rng(5)
+    compared = 0
+    for _ in range(60):
+        w = rng.uniform(0.6, 2.0)
+        motion = vi.Harmonic([rng.uniform(0.02, 0.2) * np.exp(1j * rng.uniform(0, 6))], w, rng.uniform(0, 6))
+        stop = vi.Stop(0, rng.uniform(0.05, 0.4), rng.uniform(0.3, 0.9), motion=motion)
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([1.0], w, rng.uniform(0, 6)), stop)
+        for orbit in vi.periodic_orbits(scene, [0]):
+            again = vi.load(saved(tmp_path, orbit))
+            t = np.linspace(0.0, orbit.period, 23)
+            assert same(orbit, again)
+            assert orbit.scene == again.scene
+            for one in (orbit, again):
+                assert (one.violation is None) == one.is_admissible
+            assert same(orbit.position(t), again.position(t))
+            assert same(orbit.velocity(t), again.velocity(t))
+            assert repr(orbit.violation) == repr(again.violation)
+            assert same(orbit.floquet_multipliers, again.floquet_multipliers)
+            compared += 1
+    assert compared > 40

@@ -8,16 +8,17 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import _store
-from vibroimpact._fingerprint import fingerprint
+from vibroimpact import _store, _told
 
 zarr = pytest.importorskip("zarr")
 
@@ -218,20 +219,106 @@ def test_scenes_of_functions_are_told_apart_by_their_code(tmp_path):
         vi.load(path)
 
 
-def test_fingerprints():
-    made = [eval(f"lambda x, k={k}: x {sign} {c}") for k in (1, 2) for sign in "+-" for c in (3, 4.0)]
-    made += [eval("lambda x: abs(x)"), eval("lambda x: int(x)")]
-    assert len({fingerprint(one) for one in made}) == 10
-    assert fingerprint(eval("lambda x: x in {'a', 'b', 'c'}")) == fingerprint(eval("lambda x: x in {'a', 'b', 'c'}"))
-    assert fingerprint(Counted()) == fingerprint(Counted())
-    assert fingerprint(Counted().__call__) != fingerprint(Counted())
-    with pytest.raises(ValueError, match="cannot be told"):
-        fingerprint(lambda x, file=sys.stdout: x)
-    code = "from vibroimpact._fingerprint import fingerprint; print(fingerprint(eval(\"lambda x: x in {'a', 'b'} or {1: x}\")))"
-    seeds = [dict(os.environ, PYTHONHASHSEED=seed) for seed in "123"]
-    told = {subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True).stdout for env in seeds}
-    assert len(told) == 1
-    assert told != {""}
+MADE_BY = """
+import functools
+import vibroimpact as vi
+E = 0.8
+def helper(x, y):
+    return vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([x], 2.4), vi.Stop(0, y, E))
+class Make:
+    def __call__(self, x, y):
+        return helper(x, y)
+made = Make()
+partial = functools.partial(Make())
+def plain(x, y):
+    return helper(x, y)
+@functools.lru_cache(None)
+def cached(x, y):
+    return helper(x, y)
+"""
+
+
+def edited(**values):
+    """A module whose callables make scenes, with other values in its text."""
+    module = ModuleType("made_by")
+    sys.modules["made_by"] = module
+    text = MADE_BY
+    for name, value in values.items():
+        text = text.replace(f"{name} = 0.8", f"{name} = {value}")
+    exec(text, vars(module))
+    return module
+
+
+AXES = [0], np.linspace(4.0, 9.0, 3), np.linspace(0.5, 1.5, 3)
+
+
+@pytest.mark.parametrize("name", ["made", "partial", "plain", "cached"])
+def test_cells_are_of_one_code(name, tmp_path):
+    path = tmp_path / "map.zarr"
+    first = vi.existence_map(getattr(edited(), name), *AXES, store=path)
+    assert equal(vi.existence_map(getattr(edited(), name), *AXES, store=path), first)
+    with pytest.raises(ValueError, match=r"another scene: made_by.E changed"):
+        vi.existence_map(getattr(edited(E=0.3), name), *AXES, store=path)
+    other = vi.existence_map(getattr(edited(E=0.3), name), *AXES, store=path, overwrite=True)
+    assert equal(other, vi.existence_map(getattr(edited(E=0.3), name), *AXES))
+    assert not equal(other, first)
+
+
+def as_of_0_2_0(path, arguments):
+    """Let a store know its callables by their own code alone, as those of version 0.2.0 do."""
+    told = {name: _told.told(name, value, _told.OwnCode()) for name, value in arguments.items()}
+    header = json.loads((path / "zarr.json").read_text())
+    header["attributes"]["vibroimpact"] = _store._made("ExistenceMap", told)
+    (path / "zarr.json").write_text(json.dumps(header))
+
+
+@pytest.mark.parametrize("name", ["made", "partial", "plain", "cached"])
+def test_stores_of_0_2_0_go_on_where_they_knew_the_code(name, tmp_path):
+    path = tmp_path / "map.zarr"
+    pattern, x, y = AXES
+    make = getattr(edited(), name)
+    whole = vi.existence_map(make, *AXES, store=path)
+    as_of_0_2_0(path, {"scene": make, "pattern": pattern, "x": (None, x), "y": (None, y), "n_periods": 1})
+    if name != "plain":
+        with pytest.raises(ValueError, match="did not look through all code: that of scene is another, or it did not see it"):
+            vi.existence_map(make, *AXES, store=path)
+        return
+    with pytest.raises(ValueError, match="did not look through all code"):
+        vi.existence_map(lambda x, y: make(x, y), *AXES, store=path)
+    with pytest.warns(UserWarning, match="told functions by their own code alone"):
+        assert equal(vi.existence_map(make, *AXES, store=path), whole)
+    # From now on it knows the rest too.
+    assert equal(vi.existence_map(make, *AXES, store=path), whole)
+    with pytest.raises(ValueError, match=r"another scene: made_by.E changed"):
+        vi.existence_map(edited(E=0.3).plain, *AXES, store=path)
+
+
+def test_a_key_stands_for_code_that_cannot_be_looked_through(tmp_path):
+    path = tmp_path / "map.zarr"
+    lock = threading.Lock()
+
+    def make(x, y):
+        with lock:
+            return edited().plain(x, y)
+
+    with pytest.raises(ValueError, match=r"scene: .*make: .*lock.* cannot be told from others.*key="):
+        vi.existence_map(make, *AXES, store=path)
+    assert not path.exists()
+    made = vi.existence_map(make, *AXES, store=path, key="mine, 1")
+    assert equal(vi.existence_map(make, *AXES, store=path, key="mine, 1"), made)
+    with pytest.raises(ValueError, match="another key"):
+        vi.existence_map(make, *AXES, store=path, key="mine, 2")
+    with pytest.raises(TypeError, match="key is 3, but a text is needed"):
+        vi.existence_map(make, *AXES, store=path, key=3)
+    scene = vi.Scene(
+        vi.NonlinearSystem(1, lambda t, q, v, lock=lock: -q, mass=1.0), vi.Harmonic([0.05], 1.0), vi.Stop(0, 3.0, 0.8)
+    )
+    call = {"q": (-1.5, 1.5, 4), "v": (-1.0, 1.0, 3), "max_periods": 3, "attractors": (), "store": tmp_path / "basins.zarr"}
+    with pytest.raises(ValueError, match=r"scene, .*lock.* cannot be told from others.*key="):
+        vi.basins(scene, **call)
+    assert equal(vi.basins(scene, **call, key="one"), vi.basins(scene, **call, key="one"))
+    with pytest.raises(ValueError, match="another key"):
+        vi.basins(scene, **call, key="two")
 
 
 KILLED = """
@@ -274,18 +361,28 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path):
     assert equal(vi.load(path), plain)
 
 
+class Interrupted(Counted):
+    """Makes scenes, and is broken off at the 70th as by Ctrl-C."""
+
+    def __init__(self, workers):
+        super().__init__()
+        self.workers = workers
+
+    def __call__(self, x, y):
+        made = super().__call__(x, y)
+        if self.count == 70:
+            signal.raise_signal(signal.SIGINT) if self.workers == "threads" else os.kill(os.getpid(), signal.SIGINT)
+        return made
+
+    def __reduce__(self):
+        return Interrupted, (self.workers,)
+
+
 @pytest.mark.parametrize("workers", ["threads", "pool"])
 def test_an_interruption_leaves_a_store_to_go_on_with(workers, tmp_path):
     path = tmp_path / "map.zarr"
     axes = MAP[2][1], MAP[3][1]
-
-    def make(x, y):
-        make.count += 1
-        if make.count == 70:
-            signal.raise_signal(signal.SIGINT) if workers == "threads" else os.kill(os.getpid(), signal.SIGINT)
-        return PAPER.replace(frequency=x, clearance=y)
-
-    make.count = 0
+    make = Interrupted(workers)
     with ThreadPoolExecutor(1) as pool, pytest.raises(KeyboardInterrupt):
         vi.existence_map(make, [1], *axes, 2, store=path, workers=pool if workers == "pool" else 1)
     assert (vi.load(path).n_orbits < 0).any()
@@ -350,3 +447,79 @@ def test_an_install_without_zarr_says_what_it_needs(tmp_path, monkeypatch):
 def test_the_library_imports_no_engine():
     code = "import sys, vibroimpact; print([m for m in ('zarr', 'dask', 'distributed', 'mpi4py', 'joblib') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+def bytes_changed(rng, whole, k):
+    """Bytes with some bits flipped, every fourth time cut."""
+    changed = bytearray(whole)
+    if k % 4 == 3:
+        del changed[int(rng.integers(len(whole))) :]
+    else:
+        for place in rng.integers(len(whole), size=1 + k % 2):
+            changed[place] ^= 1 << int(rng.integers(8))
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("kind", ["Basins", "ExistenceMap"])
+def test_bytes_that_are_not_those_that_were_written(kind, whole, tmp_path):
+    """What a store holds is read as it was, but for cells that are not there any more, or refused; the same call goes on."""
+    path = tmp_path / "store.zarr"
+
+    def call():
+        return vi.basins(SCENE, **PLANE, store=path) if kind == "Basins" else vi.existence_map(*MAP, store=path)
+
+    made = call()
+    last, is_open = ("labels", -3) if kind == "Basins" else ("n_orbits", -1)
+    rng = np.random.default_rng(3)
+    refused = 0
+    files = sorted(file for file in path.rglob("*") if file.is_file())
+    for file in files:
+        kept = file.read_bytes()
+        for k in range(24 if file.name == "zarr.json" else 8):
+            file.write_bytes(bytes_changed(rng, kept, k))
+            try:
+                found = vi.load(path)
+            except ValueError as error:
+                refused += 1
+                assert "path is" in str(error)  # noqa: PT017
+            else:
+                there = getattr(found, last) != is_open
+                for name, array in found.to_arrays().items():
+                    own = np.ones(array.shape, bool) if array.ndim == 1 else there
+                    assert np.array_equal(array[own], made.to_arrays()[name][own], equal_nan=True)
+            file.write_bytes(kept)
+    assert refused > len(files)
+
+
+@pytest.mark.parametrize("kind", ["Basins", "ExistenceMap"])
+def test_chunks_that_were_cut_are_worked_out_again(kind, tmp_path):
+    path = tmp_path / "store.zarr"
+
+    def call():
+        return vi.basins(SCENE, **PLANE, store=path) if kind == "Basins" else vi.existence_map(*MAP, store=path)
+
+    made = call()
+    for name in made.to_arrays():
+        for k, file in enumerate(chunks(path, name)[1:4] if name not in ("x", "y") else []):
+            kept = file.read_bytes()
+            flipped = bytearray(kept)
+            flipped[len(kept) // 2] ^= 4
+            file.write_bytes(kept[: len(kept) // 2] if k % 2 else flipped)
+            with pytest.raises(ValueError, match="it was changed or cut"):
+                vi.load(path)
+            assert equal(call(), made)
+            assert equal(vi.load(path), made)
+
+
+def test_attractors_in_a_store_that_were_changed_are_refused(tmp_path):
+    path = tmp_path / "basins.zarr"
+    vi.basins(SCENE, **PLANE, store=path)
+    header = json.loads((path / "zarr.json").read_text())
+    text = json.dumps(header["attributes"]["attractors"]["value"])
+    assert '"periodic"' in text
+    header["attributes"]["attractors"]["value"] = json.loads(text.replace('"periodic"', '"chaotic"'))
+    (path / "zarr.json").write_text(json.dumps(header))
+    with pytest.raises(ValueError, match="it was changed"):
+        vi.load(path)
+    with pytest.raises(ValueError, match="its attractors were changed or cut"):
+        vi.basins(SCENE, **PLANE, store=path)

@@ -1,0 +1,257 @@
+//! Whether a motion that was kept is one of its scene: it is continuous, its velocity jumps along the reactions of closed stops alone,
+//! no gap is below zero, and its impacts are where it has them. What comes from a file may have been changed.
+
+use crate::error::{Error, Result};
+use crate::hybrid::SegmentKind;
+use crate::impact::Impact;
+use crate::model::{Moment, PhysicalState, Scene, along_reactions};
+use crate::path::equations::PathEquations;
+use crate::path::evaluator::Evaluator;
+use crate::path::fading::Rates;
+use crate::path::parts::Point;
+use crate::path::path::Path;
+use crate::path::quadrature::each_node;
+use crate::path::segments::ImpactSide;
+use crate::tolerance::KEPT_AGREES;
+use nalgebra::DVector;
+
+/// What a motion is called that may pass stops.
+pub(crate) const ORBIT: &str = "orbit";
+
+/// Refuses a part of a motion.
+fn refused(what: &str, t: f64, found: impl std::fmt::Display) -> Error {
+    let rule = "it must go on as the scene says";
+    let argument = format!("the motion of the saved {what} at t = {t}");
+    Error::bad_value(argument, found, rule)
+}
+
+/// A motion with the scale of each of its positions and velocities.
+struct Kept<'a> {
+    what: &'a str,
+    path: &'a Path,
+    equations: PathEquations<'a>,
+    /// The states at the start and at the end of each arc.
+    ends: Vec<[PhysicalState; 2]>,
+    sizes: PhysicalState,
+}
+
+/// Refuses a motion that its scene cannot have, or with impacts that it has not; one that is called an orbit may pass stops, as orbits
+/// that are not admissible do.
+///
+/// # Errors
+/// A state that is not finite, a jump, a gap below zero, an impact without its jump; what functions of the scene report.
+pub(crate) fn check_motion(
+    what: &str,
+    path: &Path,
+    scene: &Scene,
+    impacts: &[Impact],
+) -> Result<()> {
+    let may_pass = what == ORBIT;
+    let arcs = &path.parts.arcs;
+    let ends: Vec<[PhysicalState; 2]> = (0..arcs.len())
+        .map(|arc| [0.0, arcs[arc].span].map(|local| path.state_in(arc, local)))
+        .collect();
+    let mut sizes = (DVector::zeros(path.n_dof), DVector::zeros(path.n_dof));
+    for (arc, own) in ends.iter().enumerate() {
+        // Flights may begin and end at stops where positions are zero.
+        let middle = path.state_in(arc, 0.5 * arcs[arc].span);
+        for (q, v) in own.iter().chain([&middle]) {
+            if !q.iter().chain(v).all(|x| x.is_finite()) {
+                return Err(refused(what, arcs[arc].clock.time(), "no number"));
+            }
+            let most = |size: &mut f64, x: f64| *size = size.max(x.abs());
+            sizes.0.zip_apply(q, most);
+            sizes.1.zip_apply(v, most);
+        }
+    }
+    let kept = Kept {
+        what,
+        path,
+        equations: PathEquations::new(path, scene),
+        ends,
+        sizes,
+    };
+    for arc in 0..arcs.len() {
+        if !may_pass {
+            kept.check_gaps(arc)?;
+        }
+        if arc > 0 {
+            kept.check_jump(arc)?;
+        }
+        if !matches!(path.evaluator, Evaluator::Exact { .. }) {
+            kept.check_momentum(arc)?;
+        }
+    }
+    for (k, impact) in impacts.iter().enumerate() {
+        let at_once = |other: Option<&Impact>| other.is_some_and(|o| o.time == impact.time);
+        let before = k.checked_sub(1).and_then(|k| impacts.get(k));
+        let is_alone = !at_once(before) && !at_once(impacts.get(k + 1));
+        kept.check_impact(impact, is_alone)?;
+    }
+    Ok(())
+}
+
+impl Kept<'_> {
+    fn time(&self, arc: usize) -> f64 {
+        self.path.arc(arc).clock.time()
+    }
+
+    /// No stop is passed at the ends of an arc.
+    fn check_gaps(&self, arc: usize) -> Result<()> {
+        let span = self.path.arc(arc).span;
+        for (local, (q, _)) in [0.0, span].into_iter().zip(&self.ends[arc]) {
+            for (gap, size) in self.equations.gaps(self.equations.moment(arc, local), q)? {
+                let is_open = gap >= -KEPT_AGREES * size;
+                if !is_open {
+                    let found = format!("{gap:e} beyond a stop");
+                    return Err(refused(self.what, self.time(arc) + local, found));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// An arc begins where the one before ends, but for a jump of the velocity that closed stops may give.
+    fn check_jump(&self, arc: usize) -> Result<()> {
+        let ((q, v), (next_q, next_v)) = (&self.ends[arc - 1][1], &self.ends[arc][0]);
+        let moved = self.beyond(&(next_q - q), &self.sizes.0);
+        if moved {
+            return Err(refused(self.what, self.time(arc), "a jump"));
+        }
+        let mut jump = v - next_v;
+        if self.beyond(&jump, &self.sizes.1) {
+            let at = self.equations.moment(arc, 0.0);
+            jump -= self
+                .equations
+                .along_closed(at, next_q, &jump, KEPT_AGREES)?;
+            if self.beyond(&jump, &self.sizes.1) {
+                let found = "a change of velocity that no stop gives";
+                return Err(refused(self.what, self.time(arc), found));
+            }
+        }
+        Ok(())
+    }
+
+    /// The velocity of an arc that is known by polynomials changes by what the scene's accelerations give.
+    fn check_momentum(&self, arc: usize) -> Result<()> {
+        let ([(_, start), (_, end)], span) = (&self.ends[arc], self.path.arc(arc).span);
+        if self.path.kind_of(arc).0 == SegmentKind::Chatter || span == 0.0 {
+            return Ok(());
+        }
+        let mut left = end - start;
+        each_node(&Rates::default(), (0.0, span), |node| {
+            let (time, local) = (self.time(arc) + node.at, node.at);
+            let state = self.path.state_in(arc, local);
+            let a = self
+                .equations
+                .acceleration(Point { time, arc, local }, &state)?;
+            left -= a * node.weight;
+            Ok(())
+        })?;
+        if self.beyond(&left, &self.sizes.1) {
+            let found = "a change of velocity that its accelerations do not give";
+            return Err(refused(self.what, self.time(arc), found));
+        }
+        Ok(())
+    }
+
+    fn beyond(&self, change: &DVector<f64>, sizes: &DVector<f64>) -> bool {
+        let over = change.iter().zip(sizes);
+        over.into_iter().any(|(x, size)| {
+            let agrees = x.abs() <= KEPT_AGREES * size;
+            !agrees
+        })
+    }
+
+    /// The stop of an impact is closed then, and the velocity before and after is that of the impact.
+    fn check_impact(&self, impact: &Impact, is_alone: bool) -> Result<()> {
+        let sides = [ImpactSide::Before, ImpactSide::After];
+        let [before, after] = sides.map(|side| self.path.state(impact.time, side));
+        let [(q, before), (_, after)] = [before?, after?];
+        let arc = self.path.point(impact.time, ImpactSide::After)?.arc;
+        let at = self.equations.moment(arc, 0.0);
+        let (gap, size) = self.equations.gaps(at, &q)?[impact.stop];
+        let is_closed = gap.abs() <= KEPT_AGREES * size;
+        if !is_closed {
+            let found = format!("{gap:e} away from stop {} of an impact", impact.stop);
+            return Err(refused(self.what, impact.time, found));
+        }
+        // Held stops give a part of it, and at the ends of a motion one side of it is not there.
+        let is_inside = self.path.span.0 < impact.time && impact.time < self.path.span.1;
+        let is_flight = |arc: usize| self.path.kind_of(arc).0 == SegmentKind::Flight;
+        if !(is_alone && is_inside && arc > 0 && is_flight(arc - 1) && is_flight(arc)) {
+            return Ok(());
+        }
+        let (speeds, size) = self
+            .equations
+            .approach(impact.stop, at, &q, [&before, &after])?;
+        let told = [impact.approach, -impact.departure];
+        let impulse = self
+            .equations
+            .impulses(&[impact.stop], &q, &(&before - &after));
+        let impulse = impulse?.get(0).copied().unwrap_or(f64::NAN);
+        let largest = impulse.abs().max(impact.impulse.abs());
+        let agrees = (0..2).all(|k| (speeds[k] - told[k]).abs() <= KEPT_AGREES * size)
+            && (impulse - impact.impulse).abs() <= KEPT_AGREES.sqrt() * largest;
+        if agrees {
+            return Ok(());
+        }
+        let found = format!(
+            "of speeds {speeds:?} and the impulse {impulse} at stop {}, which are not those of the impact",
+            impact.stop
+        );
+        Err(refused(self.what, impact.time, found))
+    }
+}
+
+impl PathEquations<'_> {
+    /// The gap of every stop, with the size of its terms.
+    fn gaps(&self, at: Moment, q: &DVector<f64>) -> Result<Vec<(f64, f64)>> {
+        let x = q.as_slice();
+        let each = self.contacts().iter().map(|contact| {
+            let value = contact.along(|| at, (x, x, x), 0.0)?;
+            Ok((value.gap, value.size))
+        });
+        each.collect()
+    }
+
+    /// What of a velocity closed stops can take away, those within a part of the terms of their gaps.
+    fn along_closed(
+        &self,
+        at: Moment,
+        q: &DVector<f64>,
+        taken: &DVector<f64>,
+        part: f64,
+    ) -> Result<DVector<f64>> {
+        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
+        for (contact, (gap, size)) in self.contacts().iter().zip(self.gaps(at, q)?) {
+            if gap.abs() <= part * size {
+                let reaction = contact.reaction(self.system(), q.as_slice())?;
+                reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+                normals.push(contact.surface.normal(q.as_slice())?);
+            }
+        }
+        if normals.is_empty() {
+            return Ok(DVector::zeros(q.len()));
+        }
+        let parts = DVector::from_iterator(normals.len(), normals.iter().map(|n| n.dot(taken)));
+        along_reactions(&normals, &reactions, &parts)
+    }
+
+    /// The speeds at which velocities approach a stop, and the size of their terms.
+    fn approach(
+        &self,
+        stop: usize,
+        at: Moment,
+        q: &DVector<f64>,
+        velocities: [&DVector<f64>; 2],
+    ) -> Result<([f64; 2], f64)> {
+        let normal = self.contacts()[stop].surface.normal(q.as_slice())?;
+        let own = self.stop_speed(stop, at);
+        let size = velocities.map(|v| normal.abs().dot(&v.abs()) + own.abs());
+        Ok((
+            velocities.map(|v| normal.dot(v) - own),
+            size[0].max(size[1]),
+        ))
+    }
+}
