@@ -242,15 +242,35 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// The attractor that is the orbit which a motion is near; none where that is another, or unstable.
+    /// The attractor that is the orbit which a motion is near; none where that is another, or unstable. The motion was seen to repeat
+    /// itself after some periods; what comes nearer slowly may do so after fewer.
     pub(super) fn closed(
         &self,
         run: &Trajectory,
         now: &Settled,
         go_on: ObserverFn<'_>,
     ) -> Result<Option<Attractor>> {
+        let n = now.n_periods;
+        for fewer in (1..n).filter(|&fewer| n.is_multiple_of(fewer)) {
+            match self.closed_after(fewer, run, now, go_on) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Ok(Some(found)) => return Ok(Some(found)),
+                _ => {}
+            }
+        }
+        self.closed_after(n, run, now, go_on)
+    }
+
+    /// The same after so many periods.
+    fn closed_after(
+        &self,
+        n_periods: usize,
+        run: &Trajectory,
+        now: &Settled,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Option<Attractor>> {
         let quiet = |orbit: &PeriodicOrbit| quiet_points(self.scene, orbit, self.options.phase);
-        let mut orbit = find_orbit_observed(self.scene, run, Some(now.n_periods), go_on)?;
+        let mut orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
         let round = least_period(&quiet(&orbit).0, &self.measure());
         if round < orbit.n_periods() {
             orbit = find_orbit_observed(self.scene, run, Some(round), go_on)?;
