@@ -1,8 +1,8 @@
-//! The attractors of a scene, found from many starts.
+//! Finding the attractors of a scene, from many starts.
 
 use crate::attractor::finding::{Found, Search, TURNS};
 use crate::attractor::gathering::gathered;
-use crate::attractor::one::Attractor;
+use crate::attractor::list::Attractors;
 use crate::attractor::options::AttractorOptions;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
@@ -18,23 +18,6 @@ use std::ops::ControlFlow;
 
 /// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
 const SIDE_BY_SIDE: usize = 16;
-
-/// The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
-#[derive(Debug, Clone)]
-pub struct Attractors {
-    /// The attractors.
-    pub all: Vec<Attractor>,
-    /// Of each start the place of its attractor; `None` of those that were not decided, were lost, drift, or began inside a stop.
-    pub of_seed: Vec<Option<usize>>,
-    /// Starts that were not decided.
-    pub n_undecided: usize,
-    /// Starts that left the surroundings of the box.
-    pub n_lost: usize,
-    /// Starts whose motion drifts: it repeats itself but for a constant advance.
-    pub n_drifting: usize,
-    /// Starts inside a stop.
-    pub n_inside: usize,
-}
 
 /// Finds what the motions of a scene settle on, from many starts. The states are rows, shape (k, 2n): each start is followed
 /// until it repeats itself and an orbit is found where it does, or its exponents say what it is.

@@ -1,8 +1,8 @@
 //! Which motions have settled on one attractor, and the list of all.
 
-use crate::attractor::attractors::Attractors;
 use crate::attractor::finding::{AT_FIRST, Found, Search};
 use crate::attractor::kind::AttractorKind;
+use crate::attractor::list::Attractors;
 use crate::attractor::one::Attractor;
 use crate::attractor::unsettled::KEPT;
 use crate::error::Result;

@@ -40,7 +40,9 @@ impl Search<'_> {
         };
         let found =
             lyapunov_exponents_observed(self.scene, q, v, span, &options, &mut |_| go_on())?;
-        if found.verdict == Attraction::Drift {
+        // An angle that is on by the same in each period goes round a torus.
+        let has_angles = self.around.turns().iter().any(|turn| *turn > 0.0);
+        if found.verdict == Attraction::Drift && !has_angles {
             return Ok((Found::Drifting, 0));
         }
         let Some(points) = self.strobed(run, (done, periods), go_on)? else {
@@ -66,6 +68,9 @@ impl Search<'_> {
         match found.verdict {
             Attraction::Chaotic => Ok((set(AttractorKind::Chaotic, points, 0, usual()), 0)),
             Attraction::Torus => Ok((set(AttractorKind::Torus, points, 0, usual()), 0)),
+            Attraction::Drift if comes_back(&points, &self.measure()) => {
+                Ok((set(AttractorKind::Torus, points, 0, usual()), 0))
+            }
             Attraction::Periodic => {
                 let long = repeats_after(&points, &self.measure(), KEPT / 2);
                 if long > 0 {

@@ -73,7 +73,7 @@ impl Advance {
 }
 
 /// The advance of a motion: the smallest number of strobes, up to a longest one, after which all states, as many as
-/// [`repeats_after`] asks for, are on by the same positions, which are not none.
+/// [`repeats_after`] asks for, are on by the same positions, which are not none, nor angles alone: these come back.
 pub(crate) fn advance(states: &DMatrix<f64>, measure: &Measure, longest: usize) -> Option<Advance> {
     let count = states.nrows();
     let n = states.ncols() / 2;
@@ -88,7 +88,11 @@ pub(crate) fn advance(states: &DMatrix<f64>, measure: &Measure, longest: usize) 
     let found = |period: usize| {
         let by = of(count - 1, period).rows(0, n).into_owned();
         let size = by.amax().max(speed);
-        if !(by.amax() > SAME_STATE * size && by.amax() > rounding / SAME_STATE) {
+        let far = (0..n)
+            .filter(|&k| !measure.is_angle(k))
+            .map(|k| by[k].abs());
+        let far = far.fold(0.0, f64::max);
+        if !(far > SAME_STATE * size && far > rounding / SAME_STATE) {
             return None;
         }
         let within = SAME_STATE * by.amax() + rounding;
@@ -196,5 +200,8 @@ mod tests {
             None
         );
         assert_eq!(drift(&|k| (f64::NAN, k)), None);
+        // Nor does an angle, however far it turns.
+        let turning = DMatrix::from_fn(60, 2, |k, j| if j == 0 { 0.3 * k as f64 } else { 1.0 });
+        assert_eq!(advance(&turning, &Measure::new(&[7.0], 3.0), 8), None);
     }
 }

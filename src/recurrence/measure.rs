@@ -22,6 +22,11 @@ impl Measure {
         Self { turns, frequency }
     }
 
+    /// Whether a coordinate is an angle.
+    pub fn is_angle(&self, k: usize) -> bool {
+        self.turns.get(k).is_some_and(|turn| *turn > 0.0)
+    }
+
     /// A difference of a coordinate, as one of positions; of angles the shorter way round.
     pub fn part(&self, k: usize, off: f64) -> f64 {
         match self.turns.get(k) {
