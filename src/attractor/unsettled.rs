@@ -5,6 +5,7 @@ use crate::attractor::kind::AttractorKind;
 use crate::attractor::one::Attractor;
 use crate::error::{Error, Result};
 use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed};
+use crate::model::PhysicalState;
 use crate::observer::ObserverFn;
 use crate::orbit::Pattern;
 use crate::recurrence::{comes_back, repeats_after};
@@ -48,6 +49,12 @@ impl Search<'_> {
         let Some(points) = self.strobed(run, (done, periods), go_on)? else {
             return Ok((Found::Undecided, 0));
         };
+        // What was chaotic for a while, or has a long period, repeats itself by now.
+        let long = repeats_after(&points, &self.measure(), KEPT / 2);
+        if long > 0 {
+            let state = (q.clone(), v.clone());
+            return self.long_round((done, periods, long), &state, go_on);
+        }
         let set = |kind: AttractorKind, points: DMatrix<f64>, n_periods: usize, reason: String| {
             attractor(Attractor {
                 kind,
@@ -72,13 +79,6 @@ impl Search<'_> {
                 Ok((set(AttractorKind::Torus, points, 0, usual()), 0))
             }
             Attraction::Periodic => {
-                let long = repeats_after(&points, &self.measure(), KEPT / 2);
-                if long > 0 {
-                    return Ok((
-                        self.long_round((done, long), &(q.clone(), v.clone()), go_on)?,
-                        0,
-                    ));
-                }
                 if largest.is_finite() {
                     let longer = (-NEARER / (largest * self.period)).ceil();
                     let is_near = longer > 0.0 && longer <= (PATIENCE * periods) as f64;
@@ -134,27 +134,28 @@ impl Search<'_> {
         Ok(Some(self.around.within_turns(states)))
     }
 
-    /// What repeats itself after more periods than were looked for.
+    /// What repeats itself so many periods after a state of its motion, if not before; where no orbit is near enough yet, so many more.
     fn long_round(
         &self,
-        (done, long): (usize, usize),
-        state: &(nalgebra::DVector<f64>, nalgebra::DVector<f64>),
+        (done, periods, long): (usize, usize, usize),
+        state: &PhysicalState,
         go_on: ObserverFn<'_>,
-    ) -> Result<Found> {
-        let periods = self.options.max_periods.max(KEPT);
+    ) -> Result<(Found, usize)> {
         let there = self.run(state, done, periods, Keep::Final, go_on)?;
         let window = 3 * long + 4;
         let run = self.run(&owned(&there), done + periods, window, Keep::Motion, go_on)?;
         let now = self.settled(&run, long)?;
         if now.n_periods == 0 {
-            return Ok(Found::Undecided);
+            return Ok((Found::Undecided, periods));
         }
-        let reason = match self.closed(&run, &now, go_on) {
-            Ok(Some(closed)) => return Ok(attractor(closed)),
-            Ok(None) => "its orbit is another, or not stable".to_owned(),
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) => error.to_string(),
-        };
-        Ok(attractor(self.repeating(&run, &now, reason)?))
+        match self.closed(&run, &now, go_on) {
+            Ok(Some(closed)) => Ok((attractor(closed), 0)),
+            Ok(None) => Ok((Found::Undecided, periods)),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(error) => {
+                let found = self.repeating(&run, &now, error.to_string())?;
+                Ok((attractor(found), 0))
+            }
+        }
     }
 }
