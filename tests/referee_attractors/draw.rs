@@ -10,7 +10,6 @@ pub struct Case {
     pub around: StateBox,
     pub seeds: DMatrix<f64>,
     pub cells: DMatrix<f64>,
-    pub period: f64,
 }
 
 /// One at random.
@@ -59,7 +58,6 @@ pub fn case(random: &mut Random, (seeds, cells): (usize, usize)) -> Case {
     Case {
         seeds: states(seeds),
         cells: states(cells),
-        period: scene.period().expect("driven"),
         scene,
         around,
     }
