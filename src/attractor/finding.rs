@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Periods that are looked for at first; longer ones, where they are asked for, once these are not found.
-pub(super) const AT_FIRST: usize = 32;
+const AT_FIRST: usize = 32;
 
 /// Why a motion in which an angle goes round has no orbit.
 pub(crate) const TURNS: &str =

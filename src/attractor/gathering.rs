@@ -1,6 +1,6 @@
 //! Which motions have settled on one attractor, and the list of all.
 
-use crate::attractor::finding::{AT_FIRST, Found, Search};
+use crate::attractor::finding::{Found, Search};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::list::Attractors;
 use crate::attractor::one::Attractor;
@@ -16,6 +16,8 @@ use nalgebra::DMatrix;
 /// where they seem to be two and each has come back to where it was: a motion may visit some parts of its set rarely.
 const DOUBLED: usize = 5;
 const DOUBLED_APART: usize = 2;
+/// States at the end of a motion that is carried on by which it is told whether it has come to an orbit.
+const LAST: usize = 1504;
 
 /// Motions that have settled on one attractor.
 struct Group {
@@ -111,6 +113,10 @@ fn merged(
     let (mut kept, sets): (Vec<Group>, Vec<Group>) =
         groups.into_iter().partition(|group| group.one.is_cycle());
     'sets: for mut own in sets {
+        if !carry_on(search, &mut own.states, KEPT << DOUBLED_APART, go_on)? {
+            settle_again(search, &mut kept, own, go_on)?;
+            continue;
+        }
         for other in kept.iter_mut().filter(|other| !other.one.is_cycle()) {
             match carried_on_and_compared(search, other, &mut own, go_on)? {
                 Relation::One => {
@@ -203,9 +209,8 @@ fn carry_on(
     longer.view_mut((had, 0), (more, n)).copy_from(&q);
     longer.view_mut((had, n), (more, n)).copy_from(&v);
     *states = search.around.within_turns(longer);
-    let longest = search.options.longest_period.min(AT_FIRST);
-    let end = states.rows_range(count.saturating_sub(3 * longest + 4)..);
-    Ok(repeats_after(&end.into_owned(), &search.measure(), longest) == 0)
+    let end = states.rows_range(count.saturating_sub(LAST)..).into_owned();
+    Ok(repeats_after(&end, &search.measure(), LAST / 3) == 0)
 }
 
 /// The last of some states.
