@@ -117,7 +117,7 @@ mod tests {
             assert_eq!(compared(&a, &b, &own), Sets::One);
             // A circle beside it is another as soon as it is farther than the states of one are from each other.
             assert_eq!(
-                compared(&a, &circle(golden, 1.1, from, 400), &own),
+                compared(&a, &circle(golden, 1.5, from, 400), &own),
                 Sets::Apart
             );
         }
