@@ -144,7 +144,15 @@ pub(crate) const FACING: f64 = 4.0;
 
 /// A motion this many boxes away from its box has left it.
 pub(crate) const FAR: f64 = 1e3;
-/// A point is in a set if its nearest neighbour there is no farther than so many times that of the set's own points, their median.
+/// States nearer to each other than this part of the motion are one: what repeats itself does so to this, orbits are one whose states are,
+/// and an advance of less is none. What motions are integrated to by default lies far below it.
+pub(crate) const SAME_STATE: f64 = 1e-6;
+/// Two sets are one if this part of the nearest neighbours of a state of either is the other's, or more: half of them are, but for chance
+/// and for motions that stay in a part for long.
+pub(crate) const SHARED_MANY: f64 = 0.25;
+/// They are two if less than this part is.
+pub(crate) const SHARED_FEW: f64 = 0.01;
+/// A state is on a set if its nearest neighbour there is no farther than so many times that of the set's own points, their median.
 pub(crate) const IN_SET: f64 = 4.0;
 
 /// What comes from a file agrees with its scene within this part of the sizes of its terms: far more than the tolerances of any run

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 20] = [
+const LAYERS: [&[&str]; 21] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["model"],
@@ -16,6 +16,7 @@ const LAYERS: [&[&str]; 20] = [
     &["contact"],
     &["hybrid"],
     &["path"],
+    &["recurrence"],
     &["simulate"],
     &["orbit"],
     &["section"],

@@ -811,8 +811,18 @@ def _settle_seeds(
     ask: Callable[[], None] | None,
 ) -> list[Any]: ...
 def _group_attractors(
-    seen: Sequence[tuple[str, int, ArrayLike] | None], box: ArrayLike, wrap: Sequence[tuple[int, float]], scene: Scene
-) -> tuple[list[int], list[int]]: ...
+    scene: Scene,
+    box: ArrayLike,
+    wrap: Sequence[tuple[int, float]],
+    found: Sequence[Any],
+    phase: float,
+    longest_period: int,
+    transient: int,
+    max_periods: int,
+    method: str,
+    rtol: float,
+    atol: float,
+) -> tuple[list[int], list[tuple[Any, ...]]]: ...
 def _lyapunov_exponents(
     scene: Scene,
     q0: ArrayLike,
@@ -824,7 +834,7 @@ def _lyapunov_exponents(
     rtol: float,
     atol: float,
     progress: bool,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str]: ...
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str, str]: ...
 def _continuation(
     orbit: Orbit,
     name: str | None,

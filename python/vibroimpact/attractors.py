@@ -29,9 +29,10 @@ class Attractor(ArrayResult):
     orbit : Orbit or None
         The orbit; None of what does not repeat itself, and of what Newton's method does not close.
     n_periods : int
-        Periods of the forcing in one of its own; 0 where it has none up to the longest that was looked for.
+        Periods of the forcing in one of its own; 0 of what does not repeat itself.
     points : ndarray, shape (p, 2n)
-        Its states (q, v) [m, m/s] at the phase, one after the other; of what does not repeat itself a thousand.
+        Its states (q, v) [m, m/s] at the phase, one after the other; of what does not repeat itself a thousand. A thousand, or
+        one less, too of what comes to rest on a stop once in a period so long that rounding decides where it is in between.
     exponents : ndarray, shape (2n,)
         Its Lyapunov exponents [1/s]; empty where an orbit has no multipliers.
     pattern : list
@@ -80,7 +81,8 @@ class Attractors(ItemsResult[Attractor]):
     seeds : ndarray, shape (k, 2n)
         The starts (q, v) [m, m/s].
     of_seed : ndarray of int, shape (k,)
-        Of each start the place of its attractor; -1: undecided, -2: lost, -3: inside a stop.
+        Of each start the place of its attractor; -1: undecided, -2: lost, -3: inside a stop, -4: drifting, which is to repeat
+        itself but for a constant advance.
     box : ndarray, shape (2n, 2)
         Low and high of each position [m], then of each velocity [m/s].
     phase : float
@@ -131,7 +133,7 @@ def check_all(attractors: Sequence[Any]) -> None:
 
 
 #: Starts that led to no attractor, as `of_seed` has them.
-_LEFT = {"undecided": -1, "lost": -2, "inside": -3}
+_LEFT = {"undecided": -1, "lost": -2, "inside": -3, "drifting": -4}
 
 
 def _settled(shared: tuple[Any, ...], starts: NDArray[np.float64], own: _workers.Own) -> list[Any]:
@@ -161,7 +163,7 @@ def find_attractors(
 
     Each start is followed until it repeats itself, looked at where no impact is near; its orbit is then closed by ``find_orbit``.
     What does not repeat itself in ``max_periods`` is told by its Lyapunov exponents. Two motions are on one attractor if their
-    points are the same, or, of sets, as near to each other as those of each are among themselves (theory 17).
+    points are the same, or, of sets, if the neighbours of each point are of both motions (theory 15 and 17).
 
     Parameters
     ----------
@@ -174,7 +176,7 @@ def find_attractors(
     phase : float, default 0.0
         The phase of the forcing [rad] at which motions begin and points are taken.
     longest_period : int, default 32
-        The longest period that is looked for, in periods of the forcing.
+        The longest period that is looked for, in periods of the forcing, as far as `max_periods` goes.
     transient, max_periods : int, default 200 and 2000
         Periods that are left out, and after which a motion that has not settled is told by its exponents.
     rng : int or numpy.random.Generator, default 0
@@ -201,6 +203,8 @@ def find_attractors(
 
     Notes
     -----
+    A motion that repeats itself but for a constant advance drifts: it settles on nothing, and ``of_seed`` has -4.
+
     What is found depends on the starts: an attractor that none of them leads to is not. A motion that stays chaotic up to the end
     is called so; of one degree of freedom it may still come to rest on a stop later, and be periodic then. Without damping,
     motions that hit nothing are each an orbit of their own, which attracts nothing: starts on them are undecided.
@@ -223,12 +227,10 @@ def find_attractors(
     pieces = [starts[i:j] for i, j in _workers.cut(len(starts), workers)]
     parts = _workers.run(_settled, (scene, sides, angles, *rest), pieces, workers, progress=progress)
     found = [one for part in parts for one in part]
-    seen = [None if isinstance(one, str) else (one[0], one[2], one[3]) for one in found]
-    places, first = _core._group_attractors(seen, sides, angles, scene)
-    of_seed = np.array([place if place >= 0 else _LEFT[one] for place, one in zip(places, found, strict=True)], dtype=np.int64)
+    places, attractors = _core._group_attractors(scene, sides, angles, found, *rest)
+    of_seed = np.array(places, dtype=np.int64)
     outside = max(int((of_seed != _LEFT["inside"]).sum()), 1)
-    fractions = [float((of_seed == k).sum() / outside) for k in range(len(first))]
-    all_found = tuple(_attractor(found[i], fraction) for i, fraction in zip(first, fractions, strict=True))
+    all_found = tuple(_attractor(one, float((of_seed == k).sum() / outside)) for k, one in enumerate(attractors))
     return Attractors(scene, all_found, starts, of_seed, sides, float(phase), angles)
 
 

@@ -22,7 +22,8 @@ class LyapunovExponents(ArrayResult):
     Attributes
     ----------
     exponents : ndarray, shape (k,)
-        Growth per unit time [1/s], the largest first; -inf where contact takes a direction away.
+        Growth per unit time [1/s], the largest first; -inf where contact takes a direction away, nan where the run ends before
+        any time counts.
     errors : ndarray, shape (k,)
         Standard errors [1/s], from the means of batches; nan where time is too short for two of them, 0 of -inf.
     sum, expected_sum : float
@@ -36,10 +37,13 @@ class LyapunovExponents(ArrayResult):
         which deviations pass by.
     n_clashes : int
         Instants at which several stops were hit and their order matters: deviations have no derivative there.
-    verdict : {"periodic", "torus", "chaotic", "undecided"}
-        What the exponents say within three errors and 1 / time; "undecided" too after clashes, and where the run ended early.
+    verdict : {"periodic", "torus", "chaotic", "drift", "undecided"}
+        What the exponents say within three errors and 1 / time, and where one is zero the motion; "drift": it repeats itself but
+        for a constant advance. "undecided" too after clashes, and where the run ended early.
     status : str
         How the run ended, as of a trajectory.
+    message : str
+        Why there are no exponents, or the verdict is what it is; empty where the exponents say all.
     """
 
     exponents: NDArray[np.float64]
@@ -53,6 +57,7 @@ class LyapunovExponents(ArrayResult):
     n_clashes: int
     verdict: str
     status: str
+    message: str = ""
 
     def __post_init__(self) -> None:
         """Refuse arrays that are none of one motion."""
@@ -68,7 +73,8 @@ class LyapunovExponents(ArrayResult):
         each = ", ".join(
             f"{x:.4g} +- {s:.1g}" if np.isfinite(x) else f"{x}" for x, s in zip(self.exponents, self.errors, strict=True)
         )
-        return f"LyapunovExponents({self.verdict}: {each}; {self.n_impacts} impacts, {self.n_landings} landings)"
+        why = f"; {self.message}" if self.message else ""
+        return f"LyapunovExponents({self.verdict}: {each}; {self.n_impacts} impacts, {self.n_landings} landings{why})"
 
 
 def lyapunov_exponents(

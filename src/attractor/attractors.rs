@@ -1,9 +1,9 @@
-//! The attractors of a scene, found from many starts.
+//! Finding the attractors of a scene, from many starts.
 
 use crate::attractor::finding::{Found, Search, TURNS};
-use crate::attractor::one::Attractor;
+use crate::attractor::gathering::gathered;
+use crate::attractor::list::Attractors;
 use crate::attractor::options::AttractorOptions;
-use crate::attractor::same::{Group, groups};
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::Scene;
@@ -18,21 +18,6 @@ use std::ops::ControlFlow;
 
 /// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
 const SIDE_BY_SIDE: usize = 16;
-
-/// The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
-#[derive(Debug, Clone)]
-pub struct Attractors {
-    /// The attractors.
-    pub all: Vec<Attractor>,
-    /// Of each start the place of its attractor; `None` of those that were not decided, were lost, or began inside a stop.
-    pub of_seed: Vec<Option<usize>>,
-    /// Starts that were not decided.
-    pub n_undecided: usize,
-    /// Starts that left the surroundings of the box.
-    pub n_lost: usize,
-    /// Starts inside a stop.
-    pub n_inside: usize,
-}
 
 /// Finds what the motions of a scene settle on, from many starts. The states are rows, shape (k, 2n): each start is followed
 /// until it repeats itself and an orbit is found where it does, or its exponents say what it is.
@@ -69,7 +54,42 @@ pub fn find_attractors(
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Attractors> {
     let found = settle_seeds(scene, around, seeds, options, observer)?;
-    Ok(gathered(found, around))
+    let whole = Progress {
+        done: found.len(),
+        total: found.len(),
+    };
+    gathered_seeds(scene, around, &found, options, &mut || observer(whole))
+}
+
+/// The attractors among what starts have settled on, asking from time to time whether to go on.
+pub(crate) fn gathered_seeds(
+    scene: &Scene,
+    around: &StateBox,
+    found: &[Found],
+    options: &AttractorOptions,
+    go_on: ObserverFn<'_>,
+) -> Result<Attractors> {
+    gathered(&search(scene, around, options)?, found, go_on)
+}
+
+/// What goes along the motions of a scene.
+fn search<'s>(
+    scene: &'s Scene,
+    around: &'s StateBox,
+    options: &'s AttractorOptions,
+) -> Result<Search<'s>> {
+    let Some(period) = scene.period() else {
+        let rule = "attractors are looked at once in each period of the forcing: it must have one";
+        return Err(Error::bad_value("scene", "without a forcing period", rule));
+    };
+    Ok(Search {
+        scene,
+        around,
+        options,
+        period,
+        start: wait(period, scene.phase(), options.phase),
+        known: Vec::new(),
+    })
 }
 
 /// What each start settles on.
@@ -104,18 +124,7 @@ pub(crate) fn settle_seeds(
             "it must be at least 1",
         ));
     }
-    let Some(period) = scene.period() else {
-        let rule = "attractors are looked at once in each period of the forcing: it must have one";
-        return Err(Error::bad_value("scene", "without a forcing period", rule));
-    };
-    let mut search = Search {
-        scene,
-        around,
-        options,
-        period,
-        start: wait(period, scene.phase(), options.phase),
-        known: Vec::new(),
-    };
+    let mut search = search(scene, around, options)?;
     let total = seeds.nrows();
     let mut found = vec![Found::Undecided; total];
     for (k, part) in found.chunks_mut(SIDE_BY_SIDE).enumerate() {
@@ -136,38 +145,11 @@ pub(crate) fn settle_seeds(
         for own in part {
             if let Found::Attractor(own) = own
                 && (own.orbit.is_some() || own.reason == TURNS)
-                && !search.knows(own)
+                && !search.knows(own)?
             {
                 search.known.push((**own).clone());
             }
         }
     }
     Ok(found)
-}
-
-/// The attractors among what starts have settled on, the one that most starts led to first.
-fn gathered(found: Vec<Found>, around: &StateBox) -> Attractors {
-    let of = |own: &Found| match own {
-        Found::Attractor(own) => Some((own.kind, own.n_periods, own.points.clone())),
-        _ => None,
-    };
-    let seen: Vec<_> = found.iter().map(of).collect();
-    let groups = groups(&seen, around);
-    let count = |is_one: fn(&Found) -> bool| found.iter().filter(|own| is_one(own)).count();
-    let n_inside = count(|own| matches!(own, Found::Inside));
-    let outside = (found.len() - n_inside) as f64;
-    let first = |group: &Group| match &found[group.first] {
-        Found::Attractor(own) => Some(Attractor {
-            fraction: group.count as f64 / outside,
-            ..(**own).clone()
-        }),
-        _ => None,
-    };
-    Attractors {
-        all: groups.all.iter().filter_map(first).collect(),
-        of_seed: groups.of_each,
-        n_undecided: count(|own| matches!(own, Found::Undecided)),
-        n_lost: count(|own| matches!(own, Found::Lost)),
-        n_inside,
-    }
 }

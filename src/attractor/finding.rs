@@ -1,27 +1,23 @@
 //! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method.
 
+use crate::attractor::at_phase::{points_at, quiet_phase, quiet_points};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::one::Attractor;
 use crate::attractor::options::AttractorOptions;
-use crate::attractor::same::are_points_within;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
+use crate::recurrence::{Measure, are_one_cycle, least_period};
 use crate::section::{Motion, Section, Sectioned, Settled, points_of, settled};
 use crate::simulate::{Keep, Status, Trajectory, simulate_observed};
-use crate::tolerance::FAR;
+use crate::tolerance::{FAR, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// A motion is on an orbit that is known if its points are, to this part of the box.
-const CLOSE: f64 = 1e-5;
-/// An orbit is that of a motion if it is no farther from it than this part of the motion, over what is left of a deviation in a round.
-const NEAR: f64 = 1e-6;
-
-/// An orbit goes round several times if its states once in each period repeat themselves to this part of the motion.
-const ROUND: f64 = 1e-8;
+/// Periods that are looked for at first; longer ones, where they are asked for, once these are not found.
+const AT_FIRST: usize = 32;
 
 /// Why a motion in which an angle goes round has no orbit.
 pub(crate) const TURNS: &str =
@@ -39,6 +35,10 @@ pub(crate) enum Found {
     Lost,
     /// It was not decided.
     Undecided,
+    /// It drifts: it repeats itself but for a constant advance.
+    Drifting,
+    /// It was not decided, but these are states that it goes through, one in each period.
+    Unclear(DMatrix<f64>),
     /// An attractor.
     Attractor(Box<Attractor>),
 }
@@ -56,11 +56,38 @@ pub(crate) struct Search<'s> {
 }
 
 impl Search<'_> {
+    /// By what states are measured.
+    pub fn measure(&self) -> Measure {
+        Measure::new(self.around.turns(), TAU / self.period)
+    }
+
+    /// Whether two attractors are one cycle, looked at far from their impacts.
+    pub fn are_one_cycle(&self, a: &Attractor, b: &Attractor) -> Result<bool> {
+        if !(a.is_cycle() && b.is_cycle()) {
+            return Ok(false);
+        }
+        if a.points == b.points {
+            return Ok(true);
+        }
+        let quiet = quiet_phase([a, b], self.options.phase);
+        let [a, b] = [self.points_of_one(a, quiet)?, self.points_of_one(b, quiet)?];
+        Ok(are_one_cycle(&a, &b, &self.measure()))
+    }
+
+    /// The points of an attractor at a phase.
+    fn points_of_one(&self, one: &Attractor, phase: f64) -> Result<DMatrix<f64>> {
+        let phases = (self.options.phase, phase);
+        points_at(self.scene, one, phases, &self.options.run(Keep::Final))
+    }
+
     /// Whether an orbit is known.
-    pub fn knows(&self, own: &Attractor) -> bool {
-        let is_same =
-            |one: &Attractor| are_points_within(&one.points, &own.points, self.around, CLOSE);
-        self.known.iter().any(is_same)
+    pub fn knows(&self, own: &Attractor) -> Result<bool> {
+        for one in &self.known {
+            if self.are_one_cycle(one, own)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// What the motion from a state settles on.
@@ -76,10 +103,12 @@ impl Search<'_> {
         let mut done = periods;
         let mut limit = self.options.max_periods.max(periods + 1);
         let mut is_told = false;
-        let window = 3 * self.options.longest_period + 4;
+        let longest = self.options.longest_period;
+        let mut looked_for = longest.min(AT_FIRST);
+        let least = 3 * looked_for + 4;
         loop {
             if self.is_far(&run) {
-                return Ok(Found::Lost);
+                return self.far_away(&run, done, go_on);
             }
             if run.status() != Status::Finished {
                 return Ok(Found::Undecided);
@@ -92,17 +121,19 @@ impl Search<'_> {
                 // It comes nearer to an orbit, and in so many periods is there.
                 (is_told, limit) = (true, done + longer);
             }
+            // Windows in which the periods that are looked for fit three times, as far as the limit allows.
+            let window = (3 * looked_for + 4).min((limit - done).max(least));
             run = self.run(&owned(&run), done, window, Keep::Motion, go_on)?;
             done += window;
             if run.status() != Status::Finished {
                 continue;
             }
-            let now = settled(
-                &Motion::Trajectory(&run),
-                self.around.turns(),
-                self.options.longest_period,
-            )?;
+            let now = self.settled(&run, looked_for)?;
+            looked_for = longest.min(2 * looked_for);
             if now.n_periods == 0 {
+                if now.advance.is_some() {
+                    return Ok(Found::Drifting);
+                }
                 continue;
             }
             if let Some(known) = self.known_one(&run, now.n_periods)? {
@@ -111,37 +142,52 @@ impl Search<'_> {
             if self.turns(&run, now.n_periods)? {
                 // No orbit in q: it is told by its points, seen twice.
                 if has_turned == now.n_periods {
-                    let turning = self.repeating(&run, now.n_periods, now.pattern, TURNS.into());
+                    let turning = self.repeating(&run, &now, TURNS.into());
                     return turning.map(attractor);
                 }
                 has_turned = now.n_periods;
                 continue;
             }
-            match self.polished(&run, now.n_periods, go_on) {
-                Ok(Some(orbit)) => {
-                    let pattern = of_one_round(&now, orbit.n_periods())?;
-                    return Ok(attractor(self.periodic(orbit, pattern)?));
-                }
+            match self.closed(&run, &now, go_on) {
+                Ok(Some(closed)) => return Ok(attractor(closed)),
                 // It comes nearer slowly: further on it is told again.
                 Ok(None) => {}
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => {
                     reason = error.to_string();
                     if done + window > limit {
-                        return Ok(attractor(self.repeating(
-                            &run,
-                            now.n_periods,
-                            now.pattern,
-                            reason,
-                        )?));
+                        return Ok(attractor(self.repeating(&run, &now, reason)?));
                     }
                 }
             }
         }
     }
 
+    /// What a motion has settled on, up to a longest period.
+    pub(super) fn settled(&self, run: &Trajectory, longest: usize) -> Result<Settled> {
+        settled(&Motion::Trajectory(run), self.around.turns(), longest)
+    }
+
+    /// What a motion far away does.
+    fn far_away(&self, run: &Trajectory, done: usize, go_on: ObserverFn<'_>) -> Result<Found> {
+        let window = 3 * self.options.longest_period.min(AT_FIRST) + 4;
+        let run = match self.run(&owned(run), done, window, Keep::Motion, go_on) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // It grows until it is no number.
+            Err(_) => return Ok(Found::Lost),
+            Ok(run) => run,
+        };
+        if run.status() != Status::Finished {
+            return Ok(Found::Lost);
+        }
+        Ok(match self.settled(&run, AT_FIRST)?.advance {
+            Some(_) => Found::Drifting,
+            None => Found::Lost,
+        })
+    }
+
     /// A run of some periods, from so many after the start.
-    fn run(
+    pub(super) fn run(
         &self,
         (q, v): &PhysicalState,
         first: usize,
@@ -181,30 +227,52 @@ impl Search<'_> {
 
     /// The orbit that is known of a motion of some periods.
     fn known_one(&self, run: &Trajectory, n_periods: usize) -> Result<Option<&Attractor>> {
-        let mut known = self
-            .known
-            .iter()
-            .filter(|one| one.n_periods == n_periods)
-            .peekable();
-        if known.peek().is_none() {
-            return Ok(None);
+        for one in &self.known {
+            if !n_periods.is_multiple_of(one.n_periods.max(1)) {
+                continue;
+            }
+            let quiet = quiet_phase([one], self.options.phase);
+            let all = self.points(&Motion::Trajectory(run), quiet)?;
+            let last = all.nrows().saturating_sub(n_periods);
+            let own = all.rows_range(last..).into_owned();
+            if are_one_cycle(&own, &self.points_of_one(one, quiet)?, &self.measure()) {
+                return Ok(Some(one));
+            }
         }
-        let all = self.points(&Motion::Trajectory(run))?;
-        let last = all.nrows().saturating_sub(n_periods);
-        let points = all.rows_range(last..).into_owned();
-        Ok(known.find(|one| are_points_within(&one.points, &points, self.around, CLOSE)))
+        Ok(None)
     }
 
-    /// The orbit that a motion is near; none where it is another, or unstable.
-    fn polished(
+    /// The attractor that is the orbit which a motion is near; none where that is another, or unstable. The motion was seen to repeat
+    /// itself after some periods; what comes nearer slowly may do so after fewer.
+    pub(super) fn closed(
         &self,
         run: &Trajectory,
-        n_periods: usize,
+        now: &Settled,
         go_on: ObserverFn<'_>,
-    ) -> Result<Option<PeriodicOrbit>> {
+    ) -> Result<Option<Attractor>> {
+        let n = now.n_periods;
+        for fewer in (1..n).filter(|&fewer| n.is_multiple_of(fewer)) {
+            match self.closed_after(fewer, run, now, go_on) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Ok(Some(found)) => return Ok(Some(found)),
+                _ => {}
+            }
+        }
+        self.closed_after(n, run, now, go_on)
+    }
+
+    /// The same after so many periods.
+    fn closed_after(
+        &self,
+        n_periods: usize,
+        run: &Trajectory,
+        now: &Settled,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Option<Attractor>> {
+        let quiet = |orbit: &PeriodicOrbit| quiet_points(self.scene, orbit, self.options.phase);
         let mut orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
-        let round = rounds(&orbit, self.period);
-        if round < n_periods {
+        let round = least_period(&quiet(&orbit).0, &self.measure());
+        if round < orbit.n_periods() {
             orbit = find_orbit_observed(self.scene, run, Some(round), go_on)?;
         }
         let stability = orbit.stability_observed(go_on)?;
@@ -218,26 +286,27 @@ impl Search<'_> {
         if largest > NEUTRAL {
             return Ok(None);
         }
-        let allowed = NEAR / (1.0 - largest);
-        // At the phase at which the period begins, between impacts.
-        let (t, period) = (run.t_end(), orbit.period());
-        let late = (run.forcing_phase()(t) - orbit.phase()).rem_euclid(TAU) / TAU * self.period;
-        let (q, v) = run.last();
-        let mut apart = f64::INFINITY;
-        let mut size: f64 = 0.0;
-        for k in 0..n_periods {
-            let (p, u) = orbit.state((late + k as f64 * self.period).rem_euclid(period), true);
-            size = size.max(p.amax()).max(u.amax() * self.period / TAU);
-            let off = (q - p).amax().max((v - u).amax() * self.period / TAU);
-            apart = apart.min(off);
+        // The last state at a phase between impacts is one of the orbit's, but for what is left of a deviation.
+        let (points, phase) = quiet(&orbit);
+        let seen = self.points(&Motion::Trajectory(run), phase)?;
+        let Some(last) = seen.nrows().checked_sub(1) else {
+            return Ok(None);
+        };
+        let measure = self.measure();
+        let points = self.around.within_turns(points);
+        let away = (0..points.nrows()).map(|k| measure.distance((&seen, last), (&points, k)));
+        let allowed = SAME_STATE / (1.0 - largest) * measure.size(&points);
+        if away.fold(f64::INFINITY, f64::min) > allowed {
+            return Ok(None);
         }
-        Ok((apart <= allowed * size).then_some(orbit))
+        let pattern = of_one_round(now, orbit.n_periods())?;
+        self.periodic(orbit, pattern).map(Some)
     }
 
-    /// The points of a motion at the phase.
-    fn points(&self, motion: &dyn Sectioned) -> Result<DMatrix<f64>> {
-        let found = points_of(motion, &Section::Phase(self.options.phase))?;
-        Ok(self.around.within_turns(states((&found.q, &found.v))))
+    /// The points of a motion at a phase.
+    fn points(&self, motion: &dyn Sectioned, phase: f64) -> Result<DMatrix<f64>> {
+        let found = points_of(motion, &Section::Phase(phase))?;
+        Ok(self.around.within_turns(found.states()))
     }
 
     fn periodic(&self, orbit: PeriodicOrbit, pattern: Pattern) -> Result<Attractor> {
@@ -246,12 +315,12 @@ impl Search<'_> {
             let each = order.multipliers.iter();
             each.map(|mu| mu.norm().ln() / orbit.period()).collect()
         });
-        let points = self.points(&Motion::Orbit(&orbit))?;
+        let points = self.points(&Motion::Orbit(&orbit), self.options.phase)?;
         let is_at_rest = orbit.impacts().is_empty()
             && (0..8).all(|k| {
                 let (q, v) = orbit.state(orbit.period() * f64::from(k) / 8.0, false);
                 let size = q.amax().max(f64::MIN_POSITIVE);
-                v.amax() * self.period <= NEAR * size
+                v.amax() * self.period <= SAME_STATE * size
             });
         Ok(Attractor {
             kind: if is_at_rest {
@@ -270,45 +339,28 @@ impl Search<'_> {
     }
 
     /// What repeats itself and has no orbit, for a reason.
-    fn repeating(
+    pub(super) fn repeating(
         &self,
         run: &Trajectory,
-        n_periods: usize,
-        pattern: Pattern,
+        now: &Settled,
         reason: String,
     ) -> Result<Attractor> {
-        let all = self.points(&Motion::Trajectory(run))?;
-        let first = all.nrows().saturating_sub(n_periods + 1);
-        let points = all.rows(first, n_periods.min(all.nrows())).into_owned();
+        let all = self.points(&Motion::Trajectory(run), self.options.phase)?;
+        let count = now.n_periods.min(all.nrows());
+        let first = all.nrows().saturating_sub(now.n_periods + 1);
+        let seen = all.rows(first, count).into_owned();
+        let n_periods = least_period(&seen, &self.measure());
         Ok(Attractor {
             kind: AttractorKind::Periodic,
             n_periods,
-            points,
+            points: seen.rows(0, n_periods).into_owned(),
             exponents: Vec::new(),
-            pattern,
+            pattern: of_one_round(now, n_periods)?,
             reason,
             orbit: None,
             fraction: 0.0,
         })
     }
-}
-
-/// The periods after which an orbit repeats itself: it may have been found going round several times.
-fn rounds(orbit: &PeriodicOrbit, period: f64) -> usize {
-    let n = orbit.n_periods();
-    let states: Vec<PhysicalState> = (0..n)
-        .map(|k| orbit.state(k as f64 * period, true))
-        .collect();
-    let size = |(q, v): &PhysicalState| q.amax().max(v.amax() * period / TAU);
-    let largest = states.iter().map(size).fold(0.0, f64::max);
-    let apart = |(q, v): &PhysicalState, (p, u): &PhysicalState| {
-        (q - p).amax().max((v - u).amax() * period / TAU)
-    };
-    let is_round = |m: &usize| {
-        n.is_multiple_of(*m)
-            && (0..n).all(|k| apart(&states[k], &states[(k + m) % n]) <= ROUND * largest)
-    };
-    (1..=n).find(is_round).unwrap_or(n)
 }
 
 /// The stops hit in one round of what was seen to repeat itself after several.
@@ -321,16 +373,8 @@ pub(super) fn attractor(found: Attractor) -> Found {
     Found::Attractor(Box::new(found))
 }
 
-/// Rows of positions and of velocities as rows of states.
-pub(super) fn states((q, v): (&DMatrix<f64>, &DMatrix<f64>)) -> DMatrix<f64> {
-    let n = q.ncols();
-    DMatrix::from_fn(q.nrows(), 2 * n, |k, j| {
-        if j < n { q[(k, j)] } else { v[(k, j - n)] }
-    })
-}
-
 /// The last state of a run.
-fn owned(run: &Trajectory) -> (DVector<f64>, DVector<f64>) {
+pub(super) fn owned(run: &Trajectory) -> (DVector<f64>, DVector<f64>) {
     let (q, v) = run.last();
     (q.clone(), v.clone())
 }

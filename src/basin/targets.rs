@@ -1,14 +1,14 @@
 //! Attractors as what motions are held against, once in each period, at a phase that is far from their impacts.
 
-use crate::attractor::{Attractor, AttractorKind, StateBox, spacing};
+use crate::attractor::{Attractor, StateBox, points_at, quiet_phase};
 use crate::basin::label::Label;
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::orbit::PeriodicOrbit;
-use crate::section::{farthest_from, wait};
-use crate::simulate::{Keep, SimulateOptions, simulate};
+use crate::recurrence::{Measure, Sets, are_one_cycle, compared};
+use crate::simulate::SimulateOptions;
 use crate::tolerance::{FAR, IN_SET};
 use nalgebra::DMatrix;
+use std::f64::consts::TAU;
 
 /// Rounds for which a motion must follow an orbit, and periods for which it must stay on a set, by default.
 const ROUNDS: usize = 3;
@@ -42,52 +42,17 @@ pub(crate) struct Targets {
     pub phase: f64,
 }
 
-/// The phase farthest from the impacts of all orbits.
-fn quiet_phase(attractors: &[Attractor], usual: f64) -> f64 {
-    let orbits = attractors.iter().filter_map(|one| one.orbit.as_ref());
-    let impacts = orbits.flat_map(|orbit| orbit.impacts().iter().map(|impact| impact.phase));
-    farthest_from(impacts.collect()).unwrap_or(usual)
-}
-
-/// The points of an attractor at a phase, which it has at another.
-fn points_at(
-    scene: &Scene,
-    one: &Attractor,
-    (from, to): (f64, f64),
-    options: &SimulateOptions,
-) -> Result<DMatrix<f64>> {
-    let (n, period) = (scene.n_dof(), scene.period().unwrap_or_default());
-    let late = |from: f64| wait(period, from, to);
-    let state = |k: usize| -> Result<PhysicalState> {
-        if let Some(orbit) = &one.orbit {
-            let t = late(orbit.phase()) + k as f64 * period;
-            return Ok(orbit.state(t.rem_euclid(orbit.period()), false));
-        }
-        let row = one.points.row(k);
-        let part = |first: usize| row.columns(first, n).transpose();
-        let start = wait(period, scene.phase(), from);
-        let keep = SimulateOptions {
-            keep: Keep::Final,
-            ..options.clone()
-        };
-        let run = simulate(
-            scene,
-            &part(0),
-            &part(n),
-            (start, start + late(from)),
-            &keep,
-        )?;
-        Ok((run.last().0.clone(), run.last().1.clone()))
+/// The median distance of points to their nearest neighbours.
+fn spacing(points: &[Vec<f64>], around: &StateBox) -> f64 {
+    let nearest = |i: usize| {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        others
+            .map(|(_, other)| around.apart(&points[i], other))
+            .fold(f64::INFINITY, f64::min)
     };
-    let count = one
-        .orbit
-        .as_ref()
-        .map_or(one.points.nrows(), PeriodicOrbit::n_periods);
-    let states = (0..count).map(state).collect::<Result<Vec<_>>>()?;
-    Ok(DMatrix::from_fn(count, 2 * n, |k, j| {
-        let (q, v) = &states[k];
-        if j < n { q[j] } else { v[j - n] }
-    }))
+    let mut all: Vec<f64> = (0..points.len()).map(nearest).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The least distance of points of two lists, each from others than itself.
@@ -114,21 +79,30 @@ impl Targets {
             around.place(points.row(k).iter(), &mut place);
             place
         };
-        let mut all = Vec::with_capacity(attractors.len());
+        let measure = Measure::new(around.turns(), TAU / scene.period().unwrap_or_default());
+        // Of a list that has an attractor twice, the first of the two is meant.
+        let mut seen: Vec<(DMatrix<f64>, bool)> = Vec::with_capacity(attractors.len());
+        let mut all: Vec<Target> = Vec::with_capacity(attractors.len());
         for one in attractors {
             let points = points_at(scene, one, (phase, quiet), options)?;
-            let is_set = one.n_periods == 0 && one.kind != AttractorKind::Rest;
-            let usual = if is_set {
-                PERIODS
-            } else {
-                ROUNDS * points.nrows()
+            let is_set = !one.is_cycle();
+            let is_one = |(other, other_is_set): &(DMatrix<f64>, bool)| match (is_set, other_is_set)
+            {
+                (false, false) => are_one_cycle(&points, other, &measure),
+                (true, true) => compared(&points, other, &measure) == Sets::One,
+                _ => false,
             };
-            let own: Vec<Vec<f64>> = (0..points.nrows()).map(|k| scaled(&points, k)).collect();
+            let own: Vec<Vec<f64>> = if seen.iter().any(is_one) {
+                Vec::new()
+            } else {
+                (0..points.nrows()).map(|k| scaled(&points, k)).collect()
+            };
+            let usual = if is_set { PERIODS } else { ROUNDS * own.len() };
             let mut firsts: Vec<(f64, usize)> = own.iter().map(|x| x[0]).zip(0..).collect();
             firsts.sort_by(|a, b| a.0.total_cmp(&b.0));
             all.push(Target {
                 radius: if is_set {
-                    IN_SET * spacing(&points, around)
+                    IN_SET * spacing(&own, around)
                 } else {
                     NEAR.min(OF_OWN * least_of(&own, &own, around))
                 },
@@ -137,6 +111,7 @@ impl Targets {
                 is_set,
                 hits: hits.unwrap_or(usual).max(1),
             });
+            seen.push((points, is_set));
         }
         let nearest = |i: usize| {
             let others = all.iter().enumerate().filter(|(j, _)| *j != i);

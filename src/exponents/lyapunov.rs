@@ -1,11 +1,12 @@
 //! Lyapunov exponents of a motion.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::exponents::batches::Batches;
 use crate::exponents::follower::{Counted, Follower};
 use crate::exponents::frame::Frame;
 use crate::exponents::integrated_tangents::IntegratedTangents;
 use crate::exponents::modal_tangents::ModalTangents;
+use crate::exponents::motion::verdict_of_motion;
 use crate::exponents::tangents::Tangents;
 use crate::exponents::verdict::{Attraction, Drive, verdict};
 use crate::flow::TimedScene;
@@ -13,7 +14,9 @@ use crate::hybrid::AnyLoop;
 use crate::model::{Forcing, Scene, System};
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
-use crate::simulate::{Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs};
+use crate::simulate::{
+    Ending, Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs,
+};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -52,7 +55,8 @@ impl Default for LyapunovOptions {
 /// How fast small deviations from a motion grow, in k directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LyapunovExponents {
-    /// Growth per unit time, the largest first; minus infinity where contact takes a direction away. Shape `(k,)`.
+    /// Growth per unit time, the largest first; minus infinity where contact takes a direction away; NaN where the run ends before any
+    /// time counts. Shape `(k,)`.
     pub exponents: Vec<f64>,
     /// Standard errors from the means of batches; NaN where time is too short for two of them, zero of minus infinity. Shape `(k,)`.
     pub errors: Vec<f64>,
@@ -75,6 +79,8 @@ pub struct LyapunovExponents {
     pub verdict: Attraction,
     /// How the run ended.
     pub status: Status,
+    /// Why the exponents are none, or the verdict is what it is; empty where the exponents say all.
+    pub message: String,
 }
 
 /// Returns how fast small deviations from a motion grow.
@@ -148,10 +154,21 @@ pub fn lyapunov_exponents_observed(
         options: &run,
         frame: Frame::new(2 * n, k),
         batches: Batches::new((t_span.0 + options.skip, t_span.1)),
-        observer,
+        observer: &mut *observer,
     };
     let (followed, ended) = visit_runs(scene, &run, exponents)?;
-    Ok(gathered(scene, &followed, ended))
+    let mut found = gathered(scene, &followed, &ended);
+    if found.verdict == Attraction::Torus
+        && let (Drive::Periodic, Some(period)) = (drive(scene), scene.period())
+    {
+        let motion = ((q0, v0), (t_span.0, ended.time));
+        (found.verdict, found.message) = verdict_of_motion(scene, period, motion, &run, observer)?;
+        if found.verdict == Attraction::Torus && has_no_torus(scene) {
+            let reason = "an exponent is zero within its error, but one mass on a spring under one period has no torus";
+            (found.verdict, found.message) = (Attraction::Undecided, reason.into());
+        }
+    }
+    Ok(found)
 }
 
 /// What following a motion has left.
@@ -173,7 +190,7 @@ struct Exponents<'s> {
 }
 
 impl RunVisitor for Exponents<'_> {
-    type Output = (Followed, (f64, Status));
+    type Output = (Followed, Ending);
 
     const BY_EXACT_FLIGHTS: &'static str = "lyapunov_exponents with method=\"exact\"";
 
@@ -205,7 +222,7 @@ impl Exponents<'_> {
         evaluator: Evaluator,
         tangents: T,
         every: Option<f64>,
-    ) -> Result<(Followed, (f64, Status))> {
+    ) -> Result<(Followed, Ending)> {
         let mut follower = Follower::new(tangents, self.frame, self.batches);
         follower.tangents.begin(self.start);
         let n_dof = run.n_dof;
@@ -222,7 +239,7 @@ impl Exponents<'_> {
             batches: follower.batches,
             counted: follower.counted,
         };
-        Ok((followed, (ending.time, ending.status)))
+        Ok((followed, ending))
     }
 }
 
@@ -250,14 +267,17 @@ fn has_no_torus(scene: &Scene) -> bool {
     scene.n_dof() == 1 && scene.period().is_some() && is_damped()
 }
 
-/// The exponents of a motion that was followed to a time.
-fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) -> LyapunovExponents {
+/// The exponents of a motion that was followed to its end.
+fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExponents {
     let Followed {
         frame,
         batches,
         counted,
     } = followed;
-    let time = end - batches.start();
+    let status = ended.status;
+    let time = ended.time - batches.start();
+    // Growth of no time is none, not that of another time.
+    let time = if time > 0.0 { time } else { f64::NAN };
     let turns = |turn: f64| (time / turn) as usize;
     let slowest = || scene.lowest_frequency().map_or(0, |w| turns(TAU / w));
     let returns = match scene.period() {
@@ -283,13 +303,23 @@ fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) ->
         f64::NAN
     };
     let found = if status == Status::Finished && counted.clashes == 0 {
-        match verdict(&exponents, &errors, drive(scene), 1.0 / time) {
-            // What decays slowly looks like it.
-            Attraction::Torus if has_no_torus(scene) => Attraction::Undecided,
-            verdict => verdict,
-        }
+        verdict(&exponents, &errors, drive(scene), 1.0 / time)
     } else {
         Attraction::Undecided
+    };
+    let message = if time.is_nan() {
+        format!(
+            "the run ends at {}, before the time from {} on that counts: {}",
+            digits(ended.time),
+            digits(batches.start()),
+            ended.message
+        )
+    } else if status != Status::Finished {
+        format!("the run ends early: {}", ended.message)
+    } else if counted.clashes > 0 {
+        "several stops are hit at one instant, and their order matters: deviations have no derivative there".into()
+    } else {
+        String::new()
     };
     LyapunovExponents {
         sum,
@@ -305,6 +335,7 @@ fn gathered(scene: &Scene, followed: &Followed, (end, status): (f64, Status)) ->
         n_clashes: counted.clashes,
         verdict: found,
         status,
+        message,
     }
 }
 

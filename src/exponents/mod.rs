@@ -6,6 +6,7 @@ mod frame;
 mod integrated_tangents;
 mod lyapunov;
 mod modal_tangents;
+mod motion;
 mod tangents;
 mod verdict;
 

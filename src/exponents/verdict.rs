@@ -9,6 +9,8 @@ pub enum Attraction {
     Torus,
     /// Chaos: deviations grow.
     Chaotic,
+    /// A drift: the motion repeats itself but for a constant advance, along which deviations neither grow nor die out.
+    Drift,
     /// None of these, within the errors.
     Undecided,
 }
@@ -20,6 +22,7 @@ impl Attraction {
             Self::Periodic => "periodic",
             Self::Torus => "torus",
             Self::Chaotic => "chaotic",
+            Self::Drift => "drift",
             Self::Undecided => "undecided",
         }
     }

@@ -1,18 +1,20 @@
 //! Attractors in Python: what starts settle on, and which of them is which.
 
-use crate::attractor::{AttractorKind, AttractorOptions, Found, StateBox, groups, settle_seeds};
+use crate::attractor::{
+    Attractor, AttractorKind, AttractorOptions, Found, StateBox, gathered_seeds, settle_seeds,
+};
 use crate::model::Scene;
 use crate::python::array::{matrix, out_matrix};
 use crate::python::diagram::count;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
-use crate::python::pattern::out_pattern;
+use crate::python::pattern::{out_pattern, pattern};
 use crate::python::simulate::method;
 use crate::python::sweep::fraction;
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyList, PyTuple};
 
 /// The box from an array of lows and highs, shape (2n, 2), and the turns of positions that are angles.
 pub(crate) fn state_box(
@@ -36,7 +38,8 @@ pub(crate) fn state_box(
         .try_fold(StateBox::new(column(0), column(1))?, turned)?)
 }
 
-/// Of each start what it settles on: "inside", "lost", "undecided", or kind, orbit, period, points, exponents, pattern and reason.
+/// Of each start what it settles on: "inside", "lost", "drifting", "undecided", the states of what is unclear, or kind, orbit, period,
+/// points, exponents, pattern and reason.
 #[pyfunction]
 pub(crate) fn _settle_seeds<'py>(
     py: Python<'py>,
@@ -78,52 +81,118 @@ pub(crate) fn _settle_seeds<'py>(
 
 fn out_found(py: Python<'_>, found: Found) -> PyResult<Bound<'_, PyAny>> {
     let named = |name: &str| Ok(name.into_pyobject(py)?.into_any());
-    let own = match found {
-        Found::Inside => return named("inside"),
-        Found::Lost => return named("lost"),
-        Found::Undecided => return named("undecided"),
-        Found::Attractor(own) => *own,
-    };
-    let orbit = own
-        .orbit
-        .map(|orbit| Py::new(py, PyOrbit(orbit)))
-        .transpose()?;
-    let parts = (
-        own.kind.name(),
-        orbit,
-        own.n_periods,
-        out_matrix(py, &own.points)?,
-        numpy::PyArray1::from_vec(py, own.exponents),
-        out_pattern(py, &own.pattern)?,
-        own.reason,
-    );
-    Ok(parts.into_pyobject(py)?.into_any())
+    match found {
+        Found::Inside => named("inside"),
+        Found::Lost => named("lost"),
+        Found::Drifting => named("drifting"),
+        Found::Undecided => named("undecided"),
+        Found::Unclear(states) => Ok(out_matrix(py, &states)?.into_any()),
+        Found::Attractor(own) => Ok(out_attractor(py, *own)?.into_pyobject(py)?.into_any()),
+    }
 }
 
-/// For each (kind, period, points) or None the place of its attractor, -1 without; for each attractor the place of the one that stands for it.
-#[pyfunction]
-pub(crate) fn _group_attractors(
-    seen: Vec<Option<(String, usize, Bound<'_, PyAny>)>>,
-    r#box: &Bound<'_, PyAny>,
-    wrap: Vec<(i64, f64)>,
-    scene: PyRef<'_, PyScene>,
-) -> PyResult<(Vec<i64>, Vec<usize>)> {
-    let around = state_box(r#box, wrap, &scene.0)?;
-    let read = |own: Option<(String, usize, Bound<'_, PyAny>)>| {
-        own.map(|(kind, period, points)| {
-            Ok::<_, PyErr>((
-                AttractorKind::from_name(&kind)?,
-                period,
-                matrix("points", &points)?,
-            ))
-        })
-        .transpose()
-    };
-    let seen = seen.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
-    let found = groups(&seen, &around);
-    let place = |own: &Option<usize>| own.map_or(-1, |k| i64::try_from(k).unwrap_or(i64::MAX));
+/// An attractor as its parts: kind, orbit, period, points, exponents, pattern, reason.
+type Parts<'py> = (
+    &'static str,
+    Option<Py<PyOrbit>>,
+    usize,
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Bound<'py, PyList>,
+    String,
+);
+
+fn out_attractor(py: Python<'_>, own: Attractor) -> PyResult<Parts<'_>> {
+    let orbit = own.orbit.map(|orbit| Py::new(py, PyOrbit(orbit)));
     Ok((
-        found.of_each.iter().map(place).collect(),
-        found.all.iter().map(|group| group.first).collect(),
+        own.kind.name(),
+        orbit.transpose()?,
+        own.n_periods,
+        out_matrix(py, &own.points)?.into_any(),
+        numpy::PyArray1::from_vec(py, own.exponents).into_any(),
+        out_pattern(py, &own.pattern)?,
+        own.reason,
     ))
+}
+
+/// The same as Python hands it back.
+type Read<'py> = (
+    String,
+    Option<PyRef<'py, PyOrbit>>,
+    usize,
+    Bound<'py, PyAny>,
+    Vec<f64>,
+    Bound<'py, PyAny>,
+    String,
+);
+
+/// What a start has settled on, as [`_settle_seeds`] gives it.
+fn read_found(found: &Bound<'_, PyAny>) -> PyResult<Found> {
+    if let Ok(name) = found.extract::<String>() {
+        return Ok(match name.as_str() {
+            "inside" => Found::Inside,
+            "lost" => Found::Lost,
+            "drifting" => Found::Drifting,
+            _ => Found::Undecided,
+        });
+    }
+    if !found.is_instance_of::<PyTuple>() {
+        return Ok(Found::Unclear(matrix("points", found)?));
+    }
+    let (kind, orbit, n_periods, points, exponents, stops, reason): Read<'_> = found.extract()?;
+    Ok(Found::Attractor(Box::new(Attractor {
+        kind: AttractorKind::from_name(&kind)?,
+        orbit: orbit.map(|orbit| orbit.0.clone()),
+        n_periods,
+        points: matrix("points", &points)?,
+        exponents,
+        pattern: pattern(&stops)?,
+        reason,
+        fraction: 0.0,
+    })))
+}
+
+/// Of what starts have settled on, as [`_settle_seeds`] gives it, the attractors, and of each start the place of its own: -1 undecided, -2
+/// lost, -3 inside a stop, -4 drifting.
+#[pyfunction]
+pub(crate) fn _group_attractors<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = argument::scene)] scene: PyRef<'py, PyScene>,
+    r#box: &Bound<'py, PyAny>,
+    wrap: Vec<(i64, f64)>,
+    found: Vec<Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = argument::phase)] phase: f64,
+    #[pyo3(from_py_with = argument::longest_period)] longest_period: i64,
+    #[pyo3(from_py_with = argument::transient)] transient: i64,
+    #[pyo3(from_py_with = argument::max_periods)] max_periods: i64,
+    #[pyo3(from_py_with = argument::method)] method: &str,
+    #[pyo3(from_py_with = argument::rtol)] rtol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: f64,
+) -> PyResult<(Vec<i64>, Vec<Parts<'py>>)> {
+    let scene = &scene.0;
+    let around = state_box(r#box, wrap, scene)?;
+    let options = AttractorOptions {
+        phase,
+        longest_period: count("longest_period", longest_period, 1)?,
+        transient: count("transient", transient, 0)?,
+        max_periods: count("max_periods", max_periods, 0)?,
+        method: self::method(method)?,
+        rtol,
+        atol,
+        sweep: SweepOptions::default(),
+    };
+    let found = found.iter().map(read_found).collect::<PyResult<Vec<_>>>()?;
+    let all = interrupt::run(py, false, |observe| {
+        gathered_seeds(scene, &around, &found, &options, &mut || observe(1.0))
+    })?;
+    let code = |(own, place): (&Found, &Option<usize>)| match (place, own) {
+        (Some(place), _) => i64::try_from(*place).unwrap_or(i64::MAX),
+        (None, Found::Lost) => -2,
+        (None, Found::Inside) => -3,
+        (None, Found::Drifting) => -4,
+        (None, _) => -1,
+    };
+    let codes = found.iter().zip(&all.of_seed).map(code).collect();
+    let each = all.all.into_iter().map(|own| out_attractor(py, own));
+    Ok((codes, each.collect::<PyResult<Vec<_>>>()?))
 }

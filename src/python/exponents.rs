@@ -8,7 +8,7 @@ use crate::python::{argument, interrupt};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
-/// Exponents, errors, their sum and the one expected, the history; impacts, landings, grazes, clashes; verdict, status.
+/// Exponents, errors, their sum and the one expected, the history; impacts, landings, grazes, clashes; verdict, status, message.
 type Exponents<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -21,6 +21,7 @@ type Exponents<'py> = (
     usize,
     &'static str,
     &'static str,
+    String,
 );
 
 /// How fast small deviations from a motion grow.
@@ -64,5 +65,6 @@ pub(crate) fn _lyapunov_exponents<'py>(
         found.n_clashes,
         found.verdict.name(),
         found.status.name(),
+        found.message,
     ))
 }

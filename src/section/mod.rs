@@ -2,14 +2,12 @@
 
 mod events;
 mod motion;
-mod period;
 mod plane;
 mod points;
 mod settled;
 
 pub use motion::Motion;
 pub(crate) use motion::Sectioned;
-pub(crate) use period::{repeats_after, shorter};
 pub use points::{PoincarePoints, Section, poincare_points};
 pub(crate) use points::{points_of, wait};
 pub(crate) use settled::{Settled, farthest_from, settled, settled_by_impacts};

@@ -84,6 +84,18 @@ impl PoincarePoints {
         }
     }
 
+    /// The states (q, v), one a row.
+    pub(crate) fn states(&self) -> DMatrix<f64> {
+        let n = self.q.ncols();
+        DMatrix::from_fn(self.q.nrows(), 2 * n, |k, j| {
+            if j < n {
+                self.q[(k, j)]
+            } else {
+                self.v[(k, j - n)]
+            }
+        })
+    }
+
     /// Leaves the first of them.
     pub(crate) fn truncate(&mut self, count: usize) {
         if count < self.t.len() {

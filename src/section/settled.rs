@@ -2,9 +2,9 @@
 
 use crate::error::Result;
 use crate::orbit::Pattern;
+use crate::recurrence::{Advance, Measure, advance, repeats_after};
 use crate::section::events::{Event, events};
 use crate::section::motion::Sectioned;
-use crate::section::period::repeats_after;
 use crate::section::points::{PoincarePoints, at_times, strobe_times};
 use std::f64::consts::TAU;
 
@@ -17,6 +17,8 @@ pub(crate) struct Settled {
     pub n_impacts: usize,
     /// The stops hit in one of its periods; empty where it has none.
     pub pattern: Pattern,
+    /// By what it is on after some periods, where it repeats itself but for that.
+    pub advance: Option<Advance>,
 }
 
 /// What a motion under a forcing with a period has settled on, up to a longest period; `turns` are those of positions that are angles,
@@ -30,13 +32,18 @@ pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> 
     let times = strobe_times(motion, phase)?;
     let points = at_times(motion, &times)?;
     let period = motion.scene().period().unwrap_or_default();
-    let n_periods = repeats_after(&points.q, &points.v, turns, TAU / period, longest);
+    let (states, measure) = (points.states(), Measure::new(turns, TAU / period));
+    let n_periods = repeats_after(&states, &measure, longest);
     let end = times.last().copied().unwrap_or_default();
     let in_one = |event: &&Event| event.time <= end && event.time > end - n_periods as f64 * period;
     Ok(Settled {
         n_periods,
         n_impacts: events.len(),
         pattern: pattern(events.iter().filter(in_one))?,
+        advance: match n_periods {
+            0 => advance(&states, &measure, longest),
+            _ => None,
+        },
     })
 }
 
@@ -50,7 +57,7 @@ pub(crate) fn settled_by_impacts(
     let is_new = |k: &usize| *k == 0 || points.t[*k] > points.t[k - 1];
     let rows: Vec<usize> = (0..points.t.len()).filter(is_new).collect();
     let times: Vec<f64> = rows.iter().map(|&k| points.t[k]).collect();
-    let (q, v) = (points.q.select_rows(&rows), points.v.select_rows(&rows));
+    let states = points.states().select_rows(&rows);
     let last = times.len().saturating_sub(1);
     let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
     let frequency = if span > 0.0 {
@@ -59,7 +66,7 @@ pub(crate) fn settled_by_impacts(
         1.0
     };
     let turns = vec![0.0; points.q.ncols()];
-    let n_periods = repeats_after(&q, &v, &turns, frequency, longest);
+    let n_periods = repeats_after(&states, &Measure::new(&turns, frequency), longest);
     let mut events = events(motion.impacts(), &motion.stretches()?);
     events.retain(|event| times.last().is_some_and(|end| event.time <= *end));
     let from = times
@@ -74,6 +81,7 @@ pub(crate) fn settled_by_impacts(
                 .iter()
                 .filter(|event| event.time > from && n_periods > 0),
         )?,
+        advance: None,
     })
 }
 

@@ -27,6 +27,7 @@ pub use crate::hybrid::{Graze, SegmentKind};
 pub use crate::path::{Energy, ImpactSide, Samples, Segment};
 pub(crate) use batch::Batch;
 pub(crate) use by_method::{RunVisitor, SeriesRun, visit_runs};
+pub(crate) use event_loop::Ending;
 pub use method::Method;
 pub(crate) use on_stops::put_onto;
 pub use options::{Keep, SimulateOptions, Stats, Status};

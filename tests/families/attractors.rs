@@ -246,3 +246,103 @@ fn threads_change_no_bit_and_wrong_calls_are_refused() {
     }
     assert_eq!(Attraction::Torus.name(), AttractorKind::Torus.name());
 }
+
+#[test]
+fn weak_chaos_is_one_set_whichever_part_a_motion_has_seen() {
+    // Its exponent is 0.0045: some motions alone are not long enough to tell it from zero.
+    let around = grid([-3.0, 1.0], [-5.0, 5.0], 5);
+    let found = attractors(&oscillator(8.5), &around, &AttractorOptions::default());
+    let chaotic = |one: &&vibroimpact::Attractor| one.kind == AttractorKind::Chaotic;
+    assert_eq!(found.all.iter().filter(chaotic).count(), 1, "{found:?}");
+    assert_eq!(found.n_undecided, 0);
+}
+
+#[test]
+fn a_list_does_not_depend_on_the_size_of_its_box() {
+    let scene = double_well();
+    let (_, seeds) = grid([-2.2, 2.2], [-2.2, 2.2], 3);
+    let of = |side: f64| {
+        let around = StateBox::new(dvector![-side, -side], dvector![side, side]).expect("a box");
+        attractors(
+            &scene,
+            &(around, seeds.clone()),
+            &AttractorOptions::default(),
+        )
+    };
+    let (near, far) = (of(2.2), of(1e8));
+    assert_eq!((near.all.len(), near.of_seed), (2, far.of_seed));
+}
+
+#[test]
+fn longer_periods_than_are_gone_through_cost_nothing() {
+    let around = grid([-3.0, 1.0], [-5.0, 5.0], 2);
+    let of = |longest_period| {
+        let options = AttractorOptions {
+            longest_period,
+            max_periods: 300,
+            ..AttractorOptions::default()
+        };
+        attractors(&oscillator(5.0), &around, &options)
+    };
+    let (usual, endless) = (of(32), of(usize::MAX));
+    assert_eq!(usual.of_seed, endless.of_seed);
+    assert_eq!(endless.all[0].kind, AttractorKind::Chaotic);
+}
+
+/// A mass that nothing holds, `x'' + x' = 0.3 + cos t`: in each period it comes on by 0.6 pi.
+fn drifting() -> Scene {
+    let system = LinearSystem::new(dvector![1.0], dmatrix![1.0], dmatrix![0.0]).expect("valid");
+    let system = system.with_load(dvector![0.3]).expect("valid");
+    let none: [Stop; 0] = [];
+    let force = Harmonic::new(dvector![1.0.into()], 1.0, 0.0).expect("valid");
+    Scene::new(system, force, none).expect("valid")
+}
+
+#[test]
+fn a_drift_is_called_one() {
+    let scene = drifting();
+    let options = LyapunovOptions {
+        skip: 100.0,
+        ..LyapunovOptions::default()
+    };
+    let zero = dvector![0.0];
+    let found = lyapunov_exponents(&scene, &zero, &zero, (0.0, 2000.0), &options);
+    let found = found.expect("exponents");
+    assert_eq!(found.verdict, Attraction::Drift);
+    assert!(found.message.contains("(1.88496)"), "{}", found.message);
+    let run = vibroimpact::SimulateOptions::default();
+    let run = vibroimpact::simulate(&scene, &zero, &zero, (0.0, 200.0), &run).expect("a run");
+    let refused = vibroimpact::find_orbit(&scene, &run, None).expect_err("no orbit");
+    assert!(
+        refused.to_string().contains("advances by (1.88496)"),
+        "{refused}"
+    );
+    // From a box that it soon leaves, too.
+    for side in [1.0, 1e-3] {
+        let around = grid([-side, side], [-side, side], 2);
+        let found = attractors(&scene, &around, &AttractorOptions::default());
+        assert_eq!(
+            (found.n_drifting, found.n_lost, found.n_undecided),
+            (4, 0, 0)
+        );
+    }
+}
+
+#[test]
+fn slow_decay_is_no_torus() {
+    // One mass creeps back at the rate 1e-5, the other swings.
+    let system = LinearSystem::new(
+        dvector![1.0, 1.0],
+        dmatrix![100.0, 0.0; 0.0, 0.1],
+        dmatrix![1e-3, 0.0; 0.0, 1.0],
+    );
+    let none: [Stop; 0] = [];
+    let force = Harmonic::new(dvector![0.0.into(), 1.0.into()], 0.7, 0.0).expect("valid");
+    let scene = Scene::new(system.expect("valid"), force, none).expect("valid");
+    let (q, v) = (dvector![1.0, 0.0], dvector![0.0, 0.0]);
+    let span = (0.0, 5000.0);
+    let found = lyapunov_exponents(&scene, &q, &v, span, &LyapunovOptions::default());
+    let found = found.expect("exponents");
+    assert_eq!(found.verdict, Attraction::Undecided, "{found:?}");
+    assert!(found.message.contains("slow decay"), "{}", found.message);
+}

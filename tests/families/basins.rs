@@ -342,3 +342,53 @@ fn a_motion_that_hits_nothing_is_looked_at_once_in_each_period() {
         assert_eq!(found.iterations[k], first);
     }
 }
+
+#[test]
+fn an_attractor_that_is_listed_twice_keeps_its_cells() {
+    for force in [9.0, 5.0] {
+        let scene = oscillator(force);
+        let (around, states) = grid([-3.0, 1.0], [-5.0, 5.0], 4);
+        let once = attractors(&scene, &around, &states, 0.0);
+        // The same again: orbits going round twice and from another of their points, sets from other times.
+        let again = |one: &Attractor| {
+            let rows = one.points.nrows();
+            let turned = DMatrix::from_fn(rows, 2, |k, j| one.points[((k + 1) % rows, j)]);
+            if one.n_periods == 0 {
+                let later = SimulateOptions {
+                    t_eval: Some(
+                        (1..=rows)
+                            .map(|k| k as f64 * scene.period().expect("forced"))
+                            .collect(),
+                    ),
+                    ..SimulateOptions::default()
+                };
+                let last = one.points.row(rows - 1).transpose();
+                let (q, v) = (last.rows(0, 1).into_owned(), last.rows(1, 1).into_owned());
+                let end = (rows + 1) as f64 * scene.period().expect("forced");
+                let run = simulate(&scene, &q, &v, (0.0, end), &later).expect("a run");
+                let (_, q, v) = run.samples().expect("samples");
+                let points = DMatrix::from_fn(rows, 2, |k, j| if j == 0 { q[k] } else { v[k] });
+                return Attractor {
+                    points,
+                    ..one.clone()
+                };
+            }
+            Attractor {
+                n_periods: 2 * rows,
+                points: DMatrix::from_fn(2 * rows, 2, |k, j| turned[(k % rows, j)]),
+                orbit: None,
+                ..one.clone()
+            }
+        };
+        let twice: Vec<Attractor> = once.iter().cloned().chain(once.iter().map(again)).collect();
+        let options = BasinOptions::default();
+        let [one, two] =
+            [&once, &twice].map(|known| cells(&scene, known, (&around, &states), &options));
+        assert!(
+            one.labels
+                .iter()
+                .all(|label| matches!(label, Label::Attractor(_)))
+        );
+        assert_eq!(one.labels, two.labels);
+    }
+}

@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Attraction, Change, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions,
-    Method, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, SimulateOptions, Status,
-    Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene, periodic_orbits,
-    simulate,
+    Method, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
+    Status, Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene,
+    periodic_orbits, simulate,
 };
 
 fn exponents(
@@ -473,5 +473,38 @@ fn what_makes_no_sense_is_refused() {
             ..usual()
         });
         assert!(message.contains("at most 2"), "{message}");
+    }
+}
+
+#[test]
+fn a_run_that_ends_before_time_counts_has_no_exponents() {
+    // Two stops that move into each other: the mass is jammed between them.
+    let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
+    let force = Harmonic::new(dvector![0.3.into()], 1.0, 0.0).expect("valid");
+    let shaken = Harmonic::new(dvector![0.9.into()], 1.0, 0.0).expect("valid");
+    let moving = StopMotion::harmonic(shaken).expect("valid");
+    let lower = Stop::new(0, 0.2, 0.8).expect("valid").on_side(Side::Lower);
+    let stops = [
+        Stop::new(0, 0.5, 0.8).expect("valid"),
+        lower.with_motion(Some(moving)),
+    ];
+    let scene = Scene::new(system, force, stops).expect("valid");
+    let (q, v) = (dvector![0.0], dvector![0.1]);
+    let run = simulate(&scene, &q, &v, (0.0, 400.0), &SimulateOptions::default()).expect("a run");
+    assert!(run.status() != Status::Finished && run.t_end() < 100.0);
+    for part in [0.0, 0.5, 1.0, 2.0, 10.0] {
+        let options = LyapunovOptions {
+            skip: part * run.t_end(),
+            ..LyapunovOptions::default()
+        };
+        let found = exponents(&scene, (&q, &v), 400.0, &options);
+        assert_eq!(
+            (found.verdict, found.status),
+            (Attraction::Undecided, run.status())
+        );
+        assert!(found.message.contains("ends"), "{}", found.message);
+        let are_none = found.exponents.iter().all(|la| la.is_nan());
+        assert_eq!(are_none, part >= 1.0, "{found:?}");
+        assert!(!are_none || (found.sum.is_nan() && found.n_impacts == 0));
     }
 }

@@ -133,10 +133,31 @@ def test_what_turns_over_is_told_by_its_points(turning):
     assert [one.points.tobytes() for one in again] == [one.points.tobytes() for one in turning]
 
 
-def test_without_a_turn_it_leaves():
+def test_without_a_turn_it_drifts():
     seeds = [(0.0, 2.1), (0.0, -0.4)]
     found = vi.find_attractors(PENDULUM, [(-1, 1), (-3, 3)], seeds=seeds, transient=100, max_periods=3000)
     assert not any(one.n_periods for one in found)
+    assert (found.of_seed == -4).any()
+
+
+def test_weak_chaos_is_one_set_with_its_basin():
+    scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+    found = vi.find_attractors(scene, [(-3, 1), (-5, 5)], seeds=24)
+    assert [one.kind for one in found].count("chaotic") == 1
+    assert (found.of_seed >= 0).all()
+    labels = vi.basins(scene, q=(-3, 1, 6), v=(-5, 5, 6), attractors=found).labels
+    assert (labels > 0).all()
+
+
+def test_what_drifts_is_counted_by_itself():
+    scene = vi.Scene(vi.LinearSystem(1.0, 1.0, 0.0, load=[0.3]), vi.Harmonic([1.0], 1.0))
+    found = vi.find_attractors(scene, [(-1, 1), (-1, 1)], seeds=3, workers=1)
+    assert len(found) == 0
+    assert (found.of_seed == -4).all()
+    assert "3 drifting" in repr(found)
+    run = vi.simulate(scene, [0.0], [0.0], (0, 200))
+    with pytest.raises(ValueError, match=r"it drifts: in each period of the forcing its position advances by \(1\.88496\)"):
+        vi.find_orbit(scene, run)
 
 
 def test_basins_take_the_turns_of_their_attractors(turning):

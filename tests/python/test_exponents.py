@@ -87,3 +87,20 @@ def test_wrong_starts_are_refused():
         vi.lyapunov_exponents(SCENE, 2.0, 0.0, (0, 10))
     with pytest.raises(TypeError, match="scene is 3"):
         vi.lyapunov_exponents(3, 0.0, 0.0, (0, 10))
+
+
+def test_a_run_that_ends_before_time_counts_has_no_exponents():
+    jaws = [vi.Stop(0, 0.5, 0.8), vi.Stop(0, 0.2, 0.8, side="lower", motion=vi.Harmonic([0.9], 1.0))]
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([0.3], 1.0), jaws)
+    found = vi.lyapunov_exponents(scene, [0.0], [0.1], (0, 400.0), skip=300)
+    assert np.isnan([*found.exponents, *found.errors, found.sum, found.expected_sum]).all()
+    assert (found.verdict, found.n_impacts, found.history.shape) == ("undecided", 0, (0, 2))
+    assert "before the time from 300 on that counts" in found.message
+    assert found.message in repr(found)
+
+
+def test_a_drift_is_no_torus():
+    scene = vi.Scene(vi.LinearSystem(1.0, 1.0, 0.0, load=[0.3]), vi.Harmonic([1.0], 1.0))
+    found = vi.lyapunov_exponents(scene, [0.0], [0.0], (0, 2000), skip=100)
+    assert found.verdict == "drift"
+    assert "advances by (1.88496)" in found.message

@@ -10,8 +10,15 @@ use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
+use crate::recurrence::{Measure, advance};
+use crate::simulate::{ImpactSide, Trajectory};
 use crate::tolerance::SAME_ROUND;
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+
+/// States of a trajectory, one in each period of the forcing, that are looked at for a drift.
+const LOOKED_AT: usize = 100;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), a trajectory that comes near it, or a state.
 ///
@@ -71,6 +78,45 @@ pub fn find_orbit_observed<'a>(
     observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let guess = guess.into();
+    let found = found_near(scene, guess, n_periods, observer);
+    match (found, guess) {
+        (Err(error), Guess::Trajectory(run)) if error != Error::Interrupted => {
+            Err(drift(run).ok().flatten().unwrap_or(error))
+        }
+        (found, _) => found,
+    }
+}
+
+/// What a trajectory that drifts is refused with.
+fn drift(run: &Trajectory) -> Result<Option<Error>> {
+    let Some(period) = run.scene().period().filter(|_| run.ramps().is_empty()) else {
+        return Ok(None);
+    };
+    let (start, end) = run.span();
+    let count = (((end - start) / period) as usize + 1).min(LOOKED_AT);
+    let n = run.scene().n_dof();
+    let mut states = DMatrix::zeros(count, 2 * n);
+    for k in 0..count {
+        let t = end - (count - 1 - k) as f64 * period;
+        let (q, v) = run.state(t.max(start), ImpactSide::After)?;
+        states.view_mut((k, 0), (1, n)).tr_copy_from(&q);
+        states.view_mut((k, n), (1, n)).tr_copy_from(&v);
+    }
+    let measure = Measure::new(&vec![0.0; n], TAU / period);
+    let found = advance(&states, &measure, count / 3);
+    Ok(found.map(|found| {
+        let rule = format!("{}; an orbit comes back to where it was", found.told());
+        Error::bad_value("guess", "a motion that does not come back", rule)
+    }))
+}
+
+/// The orbit near a guess.
+fn found_near(
+    scene: &Scene,
+    guess: Guess<'_>,
+    n_periods: Option<usize>,
+    observer: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<PeriodicOrbit> {
     let is_counted = n_periods.is_some() || matches!(guess, Guess::Orbit(_));
     let (scene, signature, first) = begun(scene, guess, n_periods)?;
     if is_counted || signature.n_periods == 1 {

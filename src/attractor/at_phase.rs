@@ -1,0 +1,80 @@
+//! The points of attractors at a phase far from their impacts: next to one, two motions that are close look far apart.
+
+use crate::attractor::one::Attractor;
+use crate::error::Result;
+use crate::model::{PhysicalState, Scene};
+use crate::orbit::PeriodicOrbit;
+use crate::section::{farthest_from, wait};
+use crate::simulate::{Keep, SimulateOptions, simulate};
+use nalgebra::DMatrix;
+
+/// The phase farthest from the impacts of all orbits; the usual one where there are none.
+pub(crate) fn quiet_phase<'a>(
+    attractors: impl IntoIterator<Item = &'a Attractor>,
+    usual: f64,
+) -> f64 {
+    let orbits = attractors.into_iter().filter_map(|one| one.orbit.as_ref());
+    farthest_from(orbits.flat_map(phases).collect()).unwrap_or(usual)
+}
+
+/// The phases of an orbit's impacts.
+fn phases(orbit: &PeriodicOrbit) -> impl Iterator<Item = f64> {
+    orbit.impacts().iter().map(|impact| impact.phase)
+}
+
+/// The points of an orbit at the phase farthest from its impacts, and that phase.
+pub(super) fn quiet_points(
+    scene: &Scene,
+    orbit: &PeriodicOrbit,
+    usual: f64,
+) -> (DMatrix<f64>, f64) {
+    let quiet = farthest_from(phases(orbit).collect()).unwrap_or(usual);
+    (orbit_points(scene, orbit, quiet), quiet)
+}
+
+/// The points of an orbit at a phase.
+fn orbit_points(scene: &Scene, orbit: &PeriodicOrbit, phase: f64) -> DMatrix<f64> {
+    let period = scene.period().unwrap_or_default();
+    let late = wait(period, orbit.phase(), phase);
+    let state = |k: usize| {
+        let t = late + k as f64 * period;
+        orbit.state(t.rem_euclid(orbit.period()), false)
+    };
+    rows(&(0..orbit.n_periods()).map(state).collect::<Vec<_>>())
+}
+
+/// The points of an attractor at a phase, which it has at another.
+pub(crate) fn points_at(
+    scene: &Scene,
+    one: &Attractor,
+    (from, to): (f64, f64),
+    options: &SimulateOptions,
+) -> Result<DMatrix<f64>> {
+    if let Some(orbit) = &one.orbit {
+        return Ok(orbit_points(scene, orbit, to));
+    }
+    let (n, period) = (scene.n_dof(), scene.period().unwrap_or_default());
+    let start = wait(period, scene.phase(), from);
+    let span = (start, start + wait(period, from, to));
+    let keep = SimulateOptions {
+        keep: Keep::Final,
+        ..options.clone()
+    };
+    let state = |k: usize| -> Result<PhysicalState> {
+        let row = one.points.row(k);
+        let part = |first: usize| row.columns(first, n).transpose();
+        let run = simulate(scene, &part(0), &part(n), span, &keep)?;
+        Ok((run.last().0.clone(), run.last().1.clone()))
+    };
+    let states = (0..one.points.nrows()).map(state);
+    Ok(rows(&states.collect::<Result<Vec<_>>>()?))
+}
+
+/// States as rows.
+fn rows(states: &[PhysicalState]) -> DMatrix<f64> {
+    let n = states.first().map_or(0, |(q, _)| q.len());
+    DMatrix::from_fn(states.len(), 2 * n, |k, j| {
+        let (q, v) = &states[k];
+        if j < n { q[j] } else { v[j - n] }
+    })
+}

@@ -1,0 +1,20 @@
+//! The attractors of a scene.
+
+use crate::attractor::one::Attractor;
+
+/// The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
+#[derive(Debug, Clone)]
+pub struct Attractors {
+    /// The attractors.
+    pub all: Vec<Attractor>,
+    /// Of each start the place of its attractor; `None` of those that were not decided, were lost, drift, or began inside a stop.
+    pub of_seed: Vec<Option<usize>>,
+    /// Starts that were not decided.
+    pub n_undecided: usize,
+    /// Starts that left the surroundings of the box.
+    pub n_lost: usize,
+    /// Starts whose motion drifts: it repeats itself but for a constant advance.
+    pub n_drifting: usize,
+    /// Starts inside a stop.
+    pub n_inside: usize,
+}
