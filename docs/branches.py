@@ -64,13 +64,20 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
 | `landing_border` | behind an impact with e = 0 the motion has no acceleration either | it is held where it left, or leaves where it was held |
 | `rise` | the contact force is zero while a stop is held | it would have to pull |
 | `release_border` | a flight from a release to the next landing takes no time | the contact is not left |
+| `vanishing_impacts` | all impacts of the period lose their speed at once, and contact goes on | there are others, earlier or later |
 
 - `special.branches()` looks for what is born there near the point, and says of each orbit found whether it keeps the rules. That
   nothing else is born is not proved: orbits with two impacts more, or one in more than six rounds, are not looked for.
-- `special.beyond()` is a proof where it says "continues": a stable orbit stands there. "Nonsmooth fold" says that no such orbit was
-  found beyond and that one was that is not stable before. The attractor is what one simulation came to.
+- `special.branches()` gives no orbit that breaks the law of impact: a stop that is held where another is hit stays held only if the law says so.
+  Where what is looked for is not found, the orbit beyond is the one that a simulation comes near.
+- `special.beyond()` says "continues" where a stable orbit stands beyond, which its reason names, or where simulations from the last orbit come to the nearer
+  to it the nearer to the boundary they begin; "jumps" where they stay as far from it; "nonsmooth fold" where they do and an orbit was found before that keeps the
+  rules and is not stable; "undecided" where neither is seen. Simulations are no proof: they are three to five, of 500 periods each. The
+  attractor is what one of them came to.
 - A doubled branch has no boundary where both its rounds become one, but its tip: it ends there with the reason "doubling", as it would
   come back over itself, and the point is known as the doubling of the branch of half the period is.
+- Beyond a chatter border the motion goes on, with ever more impacts, at a distance in proportion to that from the border.
+- Vanishing impacts need a symmetry, such as no damping at all: `x'' + x = cos(w t)` before a stop at 0 has them at w = 1/3.
 - A chatter border is the limit of a power law. From its other side infinitely many grazes come towards it, and nothing can be
   followed through it: `special.accumulation()` of one of these grazes follows up to forty and extrapolates. Its `error` is the last change
   of the extrapolation, no bound.
@@ -132,10 +139,18 @@ def rows(fold: float) -> str:
 def sketch() -> None:
     """Draw the gap, or the contact force, before each boundary, at it and beyond."""
     t = np.linspace(-1.0, 1.0, 401)
-    kinds = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise", "release_border")
+    kinds = (
+        "graze",
+        "lost_impact",
+        "corner",
+        "chatter_border",
+        "landing_border",
+        "rise",
+        "release_border",
+        "vanishing_impacts",
+    )
     figure, grid = plt.subplots(2, 4, figsize=(10.0, 5.0), layout="constrained", sharey=True)
-    *axes, empty = grid.flat
-    empty.set_axis_off()
+    axes = list(grid.flat)
     for ax, kind in zip(axes, kinds, strict=True):
         ax.axhline(0.0, color="0.5", linewidth=3.0, solid_capstyle="butt")
         ax.set(title=kind, xticks=[], yticks=[], ylim=(-0.35, 1.0), xlabel="time")
@@ -156,7 +171,9 @@ def sketch() -> None:
         at, height, width = -1.0, 0.7, 0.6
         while width > 0.03:
             s = np.linspace(0.0, 1.0, 40)
-            axes[3].plot(at + s * width, lift * (at + s * width + 1.0) + 4.0 * height * s * (1.0 - s), line, color="C0", linewidth=1.0)
+            axes[3].plot(
+                at + s * width, lift * (at + s * width + 1.0) + 4.0 * height * s * (1.0 - s), line, color="C0", linewidth=1.0
+            )
             at, height, width = at + width, 0.4 * height, 0.62 * width
         if lift == 0.0:
             axes[3].plot([at, 0.7], [0.0, 0.0], "-", color="C0", linewidth=2.0)
@@ -174,6 +191,12 @@ def sketch() -> None:
     for part, line in ((0.25, "-"), (0.18, "-"), (0.0, "--")):
         gap = np.clip((t + part) ** 3 * (3.0 * part - t), 0.0, None)
         axes[6].plot(t, np.where(np.abs(t - part) < 2.0 * part, 7.0 * gap, 0.0), line, color="C0")
+    # A flight that comes back later, without speed as the force begins to press, earlier; then contact.
+    for late, line in ((0.3, "-"), (0.0, "--"), (-0.25, ":")):
+        at = np.cbrt(late)
+        back = np.where(t < at, 0.5 * late - 0.5 * np.minimum(t, at) ** 3, 0.0)
+        bounce = np.clip((t - at) * (at + 0.7 * abs(at) - t), 0.0, None) if late else 0.0 * t
+        axes[7].plot(t, np.where(t < at, np.minimum(back, 1.2), 1.5 * bounce), line, color="C0")
     figure.savefig(HERE / "figures" / "boundaries.png", dpi=110)
 
 

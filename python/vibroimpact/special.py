@@ -33,6 +33,7 @@ KINDS = (
     "landing_border",
     "rise",
     "release_border",
+    "vanishing_impacts",
 )
 
 
@@ -100,7 +101,8 @@ class Special(ArrayResult):
         speed; "corner", two stops are hit at one instant;
         "chatter_border", lasting contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left
         instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held;
-        "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left.
+        "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left;
+        "vanishing_impacts", all impacts of the period lose their speed at once, and contact goes on.
         "user:name": a monitor of that name is zero.
     parameter, error : float
         The number of the branch there, and how far it is known [its own unit].
@@ -191,8 +193,9 @@ class Special(ArrayResult):
             an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
             born there; at a corner the orbit that hits the two stops in the other order, if there is one; at a rise the one that
             leaves the stop there and lands on it again, at a release border the one that does not; at a landing border the one
-            with a stay or a flight more, or less. None at a fold, a torus or a chatter border. Those that keep the rules come
-            first. What is not found near the point is left out.
+            with a stay or a flight more, or less. Where none of these keeps the rules beyond a boundary, the orbit that the
+            motion there is near, if it comes to the last one with the number. None at a fold or a torus. Those that keep them
+            come first. What is not found near the point is left out.
 
         Raises
         ------
@@ -291,8 +294,8 @@ class Special(ArrayResult):
         Returns
         -------
         Beyond
-            A value, never an exception: where nothing is found it says so. What a simulation comes to is what it came to, from
-            one start, at one value.
+            A value, never an exception: where nothing is found it says so, and where it cannot be known it is "undecided", with
+            the reason. What a simulation comes to is what it came to, from one start, at one value.
 
         Raises
         ------
@@ -301,9 +304,11 @@ class Special(ArrayResult):
 
         Notes
         -----
-        Candidates beyond are followed to the value that is looked at: one that is stable and keeps the rules of contact there
-        "continues". Else a candidate before the boundary that keeps them and is not stable makes it a "nonsmooth_fold"
-        (theory 19, "Grazing"). A simulation begins at the last orbit, kicked by 1e-6 of its size.
+        A candidate beyond that is stable and keeps the rules of contact, at the value that is looked at or nearer to the
+        boundary, "continues". Else simulations begin at the last orbit, kicked by 1e-6 of its size, at the distance ``delta``, a
+        tenth of it, a hundredth and up to 1e-4 of it: where what they come to is the nearer to the last orbit the nearer they
+        begin, the motion "continues"; where it stays as far, it "jumps", or meets a "nonsmooth_fold" if a candidate before the
+        boundary keeps the rules and is not stable (theory 19, "Grazing"). Where neither is seen it is "undecided".
 
         Examples
         --------

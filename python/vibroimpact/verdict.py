@@ -9,23 +9,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
+from vibroimpact._core import Orbit, Scene
 from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, find_attractors
 from vibroimpact.branch import continuation
+from vibroimpact.errors import ConvergenceError
 from vibroimpact.special import Candidate, Special
 
 __all__ = ["Beyond", "look_beyond"]
 
 #: The kinds of special points that are boundaries.
-BOUNDARIES = ("graze", "lost_impact", "corner", "chatter_border", "landing_border", "rise", "release_border")
+BOUNDARIES = (
+    "graze",
+    "lost_impact",
+    "corner",
+    "chatter_border",
+    "landing_border",
+    "rise",
+    "release_border",
+    "vanishing_impacts",
+)
 
 #: How a motion may go on.
-OUTCOMES = ("continues", "nonsmooth_fold", "jumps")
+OUTCOMES = ("continues", "nonsmooth_fold", "jumps", "undecided")
 
 #: A kick in parts of the motion's size, and the box of starts in which it is looked for, in its sizes.
 _KICK = 1e-6
 _BOX = 10.0
+
+#: By what factor a simulation begins nearer to a boundary each time, how often at least and at most, and how many errors of the
+#: boundary away from it.
+_NEARER = 0.1
+_LEAST, _MOST = 3, 5
+_ERRORS = 10.0
+#: Periods over which a motion that has settled is compared with the last orbit, and times in each.
+_COMPARED = 40
+_TIMES = 64
+#: A motion goes on if in the end its distance from the last orbit shrinks by so much from one start to the next but one, a
+#: hundred times nearer to the boundary (by 0.1 where it goes like the root), and jumps if it keeps this part of it.
+_SHRINKS = 0.3
+_STAYS = 0.5
+#: Distances below this part of the motion are the kick that is left, and none from which a motion has jumped.
+_NONE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +60,10 @@ class Beyond(ArrayResult):
 
     Attributes
     ----------
-    outcome : {"continues", "nonsmooth_fold", "jumps"}
-        A stable orbit on another branch goes on beyond the boundary; the branch meets one that is not stable and both end; or
-        neither.
+    outcome : {"continues", "nonsmooth_fold", "jumps", "undecided"}
+        Beyond the boundary the motion goes on as near to the last orbit as one likes, on a stable orbit of another branch or as
+        what simulations come to; the branch meets an orbit that is not stable and both end; neither, and simulations lead away
+        however near to the boundary they begin; or that is not known.
     candidates : tuple of Candidate
         The branches that meet it there, as ``Special.branches`` has them.
     attractor : Attractor or None
@@ -84,47 +111,157 @@ def look_beyond(special: Special, delta: float | None, periods: int, rng: int | 
     if not isinstance(periods, int) or isinstance(periods, bool) or periods < 1:
         message = f"periods is {periods!r}, but it must be at least 1"
         raise ValueError(message)
-    candidates = tuple(special.branches())
     far = 1 if special.direction[-1] >= 0.0 else -1
     value = special.parameter + far * delta
-    if any(own.side == far and _goes_on(special, own, value) for own in candidates):
-        return Beyond("continues", candidates, None, f"a stable orbit goes on at {value:.10g}")
+    try:
+        candidates = tuple(special.branches())
+    except (ValueError, ConvergenceError):
+        # What does not close, or has no scene, is none; a callable that was not saved is asked for.
+        special._made_by()
+        candidates = ()
+    for own in candidates:
+        at = _goes_on(special, own, value) if own.side == far else None
+        if at is not None:
+            return Beyond("continues", candidates, None, f"a stable orbit goes on at {at:.10g}")
+    outcome, seen = _simulated(special, far * delta, periods, rng)
+    if outcome == "continues":
+        return Beyond(outcome, candidates, None, seen)
     met = any(own.side == -far and own.is_admissible and own.is_stable is False for own in candidates)
     attractor, reason = _settled(special, value, periods, rng)
-    return Beyond("nonsmooth_fold" if met else "jumps", candidates, attractor, reason)
+    if outcome == "jumps" and met:
+        outcome = "nonsmooth_fold"
+    return Beyond(outcome, candidates, attractor, reason if outcome != "undecided" else f"{seen}; {reason}")
 
 
-def _goes_on(special: Special, candidate: Candidate, value: float) -> bool:
-    """Whether a candidate is followed to a value at which it is stable and keeps the rules of contact."""
+def _goes_on(special: Special, candidate: Candidate, value: float) -> float | None:
+    """Return where a candidate is stable and keeps the rules of contact: at a value, or nearer to the boundary."""
     if candidate.is_admissible is False:
-        return False
+        return None
     between = (min(special.parameter, value), max(special.parameter, value))
-    if not between[0] <= candidate.parameter <= between[1]:
-        return bool(candidate.is_stable)
-    make = getattr(special, "_make", None)
-    branch = continuation(candidate, special.parameter_name or make, between)  # type: ignore[arg-type]
-    return any(orbit.is_stable and orbit.is_admissible for orbit in branch.at(value))
+    if between[0] <= candidate.parameter <= between[1]:
+        make = getattr(special, "_make", None)
+        try:
+            branch = continuation(candidate, special.parameter_name or make, between)  # type: ignore[arg-type]
+            if any(orbit.is_stable and orbit.is_admissible for orbit in branch.at(value)):
+                return value
+        except (ValueError, ConvergenceError):
+            # It ends before the value.
+            pass
+    return candidate.parameter if candidate.is_stable and candidate.is_admissible else None
 
 
-def _settled(special: Special, value: float, periods: int, rng: int | np.random.Generator) -> tuple[Attractor | None, str]:
-    """Return what a simulation from the orbit of a special point comes to at a value, and how that was found."""
-    orbit, make = special.orbit, getattr(special, "_make", None)
-    said = f"{periods} periods from the last orbit, kicked by {_KICK:g} of its size, at {value:.10g}"
-    try:
-        scene = _core._scene_at(orbit.scene, special.parameter_name, make, special.parameter, value)
-    except ValueError as error:
-        return None, f"there is no scene at {value:.10g}: {error}"
+def _simulated(special: Special, ahead: float, periods: int, rng: int | np.random.Generator) -> tuple[str, str]:
+    """Return what becomes of a motion by simulations that begin ever nearer to the boundary, and how that was seen."""
+    offs: list[float] = []
+    apart: list[float] = []
+    off = ahead
+    reason = "the boundary is not known well enough"
+    while len(apart) < _MOST and abs(off) > _ERRORS * special.error:
+        try:
+            apart.append(_distance(special, special.parameter + off, periods, rng))
+        except (ValueError, RuntimeError) as error:
+            reason = str(error)
+            break
+        offs.append(off)
+        off *= _NEARER
+        if len(apart) < _LEAST:
+            continue
+        last = np.array(apart[-_LEAST:])
+        said = (
+            f"simulations of {periods} periods from the last orbit, kicked by {_KICK:g} of its size, come to "
+            + ", ".join(f"{x:.2g}" for x in apart)
+            + " of its size from it at "
+            + ", ".join(f"{x:.2g}" for x in offs)
+            + " beyond"
+        )
+        if last[-1] <= max(_SHRINKS * last[0], _NONE):
+            return "continues", said
+        if last.min() >= max(_STAYS * last.max(), _NONE):
+            return "jumps", said
+        reason = said
+    return "undecided", reason
+
+
+def _distance(special: Special, value: float, periods: int, rng: int | np.random.Generator) -> float:
+    """Return how far from the last orbit a motion comes to be that begins next to it, in parts of its size."""
+    orbit = special.orbit
+    scene, state, t0, _ = _begun(special, value, rng)
+    once = orbit.period / orbit.n_periods
+    period = scene.period if scene.period is not None else once
+    run = _core.simulate(scene, *state, (0.0, periods * period), keep="final")
+    if run.status != "finished":
+        raise RuntimeError(run.message)
+    # Whole periods later the forcing has the phase that it had.
+    run = _core.simulate(scene, *run.final, (0.0, _COMPARED * period))
+    if run.status != "finished":
+        raise RuntimeError(run.message)
+    count = np.arange(_COMPARED * _TIMES)
+    q = run.position(count / _TIMES * period)
+    size = float(np.abs(orbit.max_displacement).max())
+    if scene.period is None:
+        v = run.velocity(count / _TIMES * period)
+        return _farthest(np.hstack([q, v]), orbit)
+    then = (t0 + (periods + count / _TIMES) * once) % orbit.period
+    return float(np.abs(q - orbit.position(then)).max()) / size
+
+
+def _farthest(states: NDArray[np.float64], orbit: Orbit) -> float:
+    """Return the largest distance of states from an orbit at any time, coordinates and velocities in parts of their largest."""
+    t = np.linspace(0.0, orbit.period, 2001)
+    path = np.hstack([orbit.position(t), orbit.velocity(t)])
+    half = path.shape[1] // 2
+    sizes = np.repeat([np.abs(path[:, :half]).max(), np.abs(path[:, half:]).max()], half)
+    path = path / sizes
+    start, way = path[:-1], np.diff(path, axis=0)
+    length = np.maximum((way**2).sum(axis=1), np.finfo(float).tiny)
+    most = 0.0
+    for x in states / sizes:
+        # From the nearest of the chords between neighbouring states.
+        part = np.clip(((x - start) * way).sum(axis=1) / length, 0.0, 1.0)
+        off = x - start - part[:, None] * way
+        most = max(most, float(np.sqrt((off**2).sum(axis=1).min())))
+    return most
+
+
+def _begun(
+    special: Special, value: float, rng: int | np.random.Generator
+) -> tuple[Scene, tuple[NDArray[np.float64], NDArray[np.float64]], float, float]:
+    """Return the scene of a value, a kicked state of the last orbit, its time on that, its phase."""
+    orbit = special.orbit
+    scene = _core._scene_at(orbit.scene, special.parameter_name, getattr(special, "_make", None), special.parameter, value)
     t = np.linspace(0.0, orbit.period, 65)
     q, v = orbit.position(t), orbit.velocity(t)
-    sizes = np.concatenate([np.abs(q).max(axis=0), np.abs(v).max(axis=0)])
-    sizes = np.maximum(sizes, 1e-12 + 1e-3 * sizes.max())
+    sizes = _sizes(q, v)
     # From where the motion is farthest from all stops: a kick on a stop may lead into it.
     gaps = np.array([orbit.gap(stop, t) for stop in range(len(orbit.scene.stops))]).min(axis=0)
     far = int(gaps.argmax())
     kick = _KICK * sizes * np.random.default_rng(rng).uniform(-1.0, 1.0, sizes.size)
     start = np.concatenate([q[far], v[far]]) + kick
-    phase = float(orbit.phase + 2.0 * np.pi * orbit.n_periods * t[far] / orbit.period)
+    phase = float(orbit.phase + 2.0 * np.pi * orbit.n_periods * t[far] / orbit.period) % (2.0 * np.pi)
+    if scene.period is not None:
+        scene = scene.replace(phase=phase)
+    n = q.shape[1]
+    return scene, (start[:n], start[n:]), float(t[far]), phase
+
+
+def _sizes(q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the sizes of coordinates and velocities."""
+    sizes = np.concatenate([np.abs(q).max(axis=0), np.abs(v).max(axis=0)])
+    return np.asarray(np.maximum(sizes, 1e-12 + 1e-3 * sizes.max()))
+
+
+def _settled(special: Special, value: float, periods: int, rng: int | np.random.Generator) -> tuple[Attractor | None, str]:
+    """Return what a simulation from the orbit of a special point comes to at a value, and how that was found."""
+    orbit = special.orbit
+    said = f"{periods} periods from the last orbit, kicked by {_KICK:g} of its size, at {value:.10g}"
+    try:
+        scene, (q, v), _, phase = _begun(special, value, rng)
+    except ValueError as error:
+        return None, f"there is no scene at {value:.10g}: {error}"
+    t = np.linspace(0.0, orbit.period, 65)
+    sizes = _sizes(orbit.position(t), orbit.velocity(t))
     box = np.stack([-_BOX * sizes, _BOX * sizes], axis=1)
+    start = np.concatenate([q, v])
     try:
         found = find_attractors(scene, box, seeds=start[None], phase=phase, transient=periods, max_periods=max(2000, 2 * periods))
     except ValueError as error:

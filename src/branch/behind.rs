@@ -16,7 +16,7 @@ const MOST_HALVINGS: usize = 8;
 /// Makes of a loop one with other instants; none where it cannot.
 pub(super) type Rebuilt<'a, 'b> = &'a dyn Fn(&Place) -> Result<Option<(Family<'b>, Place)>>;
 
-/// The orbit behind a boundary at the value of a loop there, which another is made of.
+/// The orbit behind a boundary at the value of a loop there, which another is made of: one that keeps the rules of contact, if there is one.
 pub(super) fn behind<'a>(
     family: &Family<'a>,
     place: &Place,
@@ -36,6 +36,8 @@ pub(super) fn behind<'a>(
         tangent.value_part * ahead.value_part
     };
     let tangent = &tangent.scaled(if sign < 0.0 { -1.0 } else { 1.0 });
+    // Past a further boundary an orbit breaks a rule that it keeps nearer to this one.
+    let mut broken = None;
     let mut length = BEHIND;
     for _ in 0..MOST_HALVINGS {
         let from: Foot<'_> = (place, &equations, tangent);
@@ -44,10 +46,14 @@ pub(super) fn behind<'a>(
         {
             let by_value = Direction::of_value(other.n_unknowns(&at));
             if let Ok(settled) = other.corrected(at, &by_value)? {
-                return Candidate::at(&other, &settled.place, special.parameter).map(Some);
+                let own = Candidate::at(&other, &settled.place, special.parameter)?;
+                if own.orbit.is_admissible() != Some(false) {
+                    return Ok(Some(own));
+                }
+                broken.get_or_insert(own);
             }
         }
         length *= 0.5;
     }
-    Ok(None)
+    Ok(broken)
 }

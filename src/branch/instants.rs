@@ -4,9 +4,9 @@
 use crate::branch::family::Family;
 use crate::branch::place::Place;
 use crate::error::Result;
-use crate::orbit::{ContactStage, Event, ShootingState, Signature, with_shooting};
+use crate::orbit::{ContactStage, Event, ShootingState, Signature};
 use crate::tolerance::SAME_ROUND;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// A flight from a stop back to it that takes less than this part of the period may come to nothing.
 const SHORT_FLIGHT: f64 = 0.05;
@@ -77,7 +77,7 @@ pub(super) fn as_loop<'a>(
 }
 
 /// Whether one stop is hit at each instant, between free flights, or nothing at all.
-fn are_impacts(stages: &[ContactStage]) -> bool {
+pub(super) fn are_impacts(stages: &[ContactStage]) -> bool {
     let is_one = |stage: &ContactStage| match &stage.event {
         Event::Strike(stops) => stops.len() == 1,
         Event::Nothing => true,
@@ -265,51 +265,41 @@ impl Family<'_> {
         shortest.map(|(k, _)| k)
     }
 
-    /// A loop with an impact on a stop at a time, where it is touched, and the number of that instant.
-    pub fn with_touch(
-        &self,
-        place: &Place,
-        (stop, time): (usize, f64),
-    ) -> Result<(Self, Place, usize)> {
-        let state = &place.state;
-        let mut instants = self.instants(state);
-        let first = instants[0].time;
-        let time = first + (time - first).rem_euclid(period(state));
-        let flight = instants.iter().rposition(|own| own.start <= time);
-        let mut touched = instants[flight.unwrap_or(0)].clone();
-        let span = (touched.start, time);
-        let scene = self.scene(place.value)?;
-        with_shooting(&scene, &self.signature, |shooting, _| {
-            let none = &mut DMatrix::zeros(touched.state.len(), 0);
-            let held = &touched.stage.held;
-            shooting.motion.flow(held, span, &mut touched.state, none)
-        })?;
-        (touched.time, touched.start) = (time, time);
-        touched.stage.event = Event::Strike(vec![stop]);
-        let instant = if self.is_empty() {
-            instants.clear();
-            0
-        } else {
-            flight.map_or(1, |flight| flight + 1)
+    /// Whether an instant is an impact that throws the motion off a stop that was held before it, and the next one is where it comes back to that.
+    pub fn is_hop(&self, instant: usize) -> bool {
+        let stages = &self.signature.stages;
+        let count = stages.len();
+        let (before, next) = (
+            &stages[(instant + count - 1) % count],
+            &stages[(instant + 1) % count],
+        );
+        let own = &stages[instant];
+        let is_back = |stop: &usize| match &next.event {
+            Event::Strike(stops) => stops.contains(stop),
+            Event::Chatter(back) => back == stop,
+            _ => false,
         };
-        instants.insert(instant, touched);
-        let length = (period(state), self.signature.n_periods);
-        let (mut family, place) = self.with_instants(place.value, instants, length)?;
-        family.signature.images.clone_from(&self.signature.images);
-        Ok((family, place, instant))
+        let mut thrown = before.held.iter().filter(|stop| !own.held.contains(stop));
+        let is_impact = matches!(own.event, Event::Strike(_));
+        count > 2 && is_impact && next.held == before.held && thrown.any(is_back)
     }
 
-    /// A loop without one of its impacts; none where no impact is left from which a period could begin.
+    /// A loop without one of its impacts, and what that throws off a stop; none where no impact is left from which a period could begin.
     pub fn without(&self, place: &Place, instant: usize) -> Result<Option<(Self, Place)>> {
         let mut instants = self.instants(&place.state);
         let length = (period(&place.state), self.signature.n_periods);
         if instants.len() > 1 {
+            let back = (instant + 1) % instants.len();
+            let is_hop = self.is_hop(instant);
             instants.remove(instant);
+            if is_hop {
+                instants.remove(if back > instant { back - 1 } else { back });
+            }
             // A period begins with an impact behind which nothing is held.
             let is_beginning = |own: &Instant| {
                 matches!(own.stage.event, Event::Strike(_)) && own.stage.held.is_empty()
             };
-            let from = if instant > 0 {
+            let from = if instant > 0 && !(is_hop && back == 0) {
                 Some(0)
             } else {
                 instants.iter().position(is_beginning)

@@ -5,6 +5,7 @@ use crate::branch::family::Family;
 use crate::branch::instants::{Instant, rebuilt};
 use crate::branch::place::Place;
 use crate::error::Result;
+use crate::hybrid::held_through;
 use crate::orbit::{ContactStage, Event, with_shooting};
 use nalgebra::DMatrix;
 
@@ -12,7 +13,7 @@ use nalgebra::DMatrix;
 const STEP: f64 = 1e-4;
 
 /// A loop in which a stop that was left behind an impact near a time is held until the forces let it go, or one that was held is left until
-/// it is landed on again; none where its forces ask for neither.
+/// it is landed on again; none where its forces ask for neither, or the landing throws the motion off another stop.
 pub(super) fn with_change<'a>(
     family: &Family<'a>,
     place: &Place,
@@ -35,19 +36,13 @@ pub(super) fn with_change<'a>(
     } else {
         (held.clone(), without.clone())
     };
-    let event = if was_held {
-        Event::Strike(vec![stop])
-    } else {
-        Event::Release(stop)
-    };
-    let new = ContactStage {
-        event,
-        held: goes_on,
-    };
     instants[k].stage.held.clone_from(&begins);
     let mut signature = family.signature.clone();
     signature.stages[k].held.clone_from(&begins);
-    signature.stages.insert(k + 1, new.clone());
+    signature.stages.push(ContactStage {
+        event: Event::Release(stop),
+        held: goes_on.clone(),
+    });
     let scene = family.scene(place.value)?;
     let found = with_shooting(&scene, &signature, |shooting, _| {
         let motion = shooting.motion;
@@ -76,11 +71,21 @@ pub(super) fn with_change<'a>(
         let mut x = own.state.clone();
         let none = &mut DMatrix::zeros(x.len(), 0);
         motion.flow(&begins, (own.time, until), &mut x, none)?;
-        if was_held {
-            motion.impact(&[stop], until, &mut x, none)?;
-        }
+        let event = if was_held {
+            let law = held_through(motion, (stop, &begins), until, &x)?;
+            if !law.thrown.is_empty() {
+                return Ok(None);
+            }
+            motion.impact(&law.struck, until, &mut x, none)?;
+            Event::Strike(law.struck)
+        } else {
+            Event::Release(stop)
+        };
         Ok(Some(Instant {
-            stage: new.clone(),
+            stage: ContactStage {
+                event,
+                held: goes_on.clone(),
+            },
             time: until,
             start: until,
             state: x,

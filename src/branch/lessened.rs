@@ -4,12 +4,10 @@ use crate::branch::family::Family;
 use crate::branch::instants::{Instant, as_loop, period, rebuilt, turned};
 use crate::branch::place::{Direction, Place};
 use crate::branch::risen::strongest_pull;
+use crate::branch::simulated::simulated;
 use crate::branch::step::{Target, step_to};
 use crate::error::Result;
-use crate::orbit::{
-    ContactStage, Event, Guess, PeriodicOrbit, Signature, begun, with_phase, with_shooting,
-};
-use nalgebra::{DMatrix, DVector};
+use crate::orbit::{ContactStage, Event, PeriodicOrbit};
 use std::f64::consts::TAU;
 
 /// How far from a border the motion beyond is looked for, in parts of the range.
@@ -38,25 +36,6 @@ fn n_changes(stages: &[ContactStage]) -> (usize, usize) {
         stages.len() - n_releases
     };
     (n_releases, n_impacts)
-}
-
-/// The time in the middle of the longest free flight of a loop, and the state there; none where a stop is always held.
-fn in_flight(family: &Family<'_>, place: &Place) -> Result<Option<(f64, DVector<f64>)>> {
-    let state = &place.state;
-    let span = |k: &usize| state.times[k + 1] - state.starts[*k];
-    let is_free = |k: &usize| family.signature.stages[*k].held.is_empty();
-    let free = (0..state.states.len()).filter(is_free);
-    let Some(k) = free.max_by(|a, b| span(a).total_cmp(&span(b))) else {
-        return Ok(None);
-    };
-    let (start, time) = (state.starts[k], state.starts[k] + 0.5 * span(&k));
-    let mut x = state.states[k].clone();
-    let scene = family.scene(place.value)?;
-    with_shooting(&scene, &family.signature, |shooting, _| {
-        let none = &mut DMatrix::zeros(x.len(), 0);
-        shooting.motion.flow(&[], (start, time), &mut x, none)
-    })?;
-    Ok(Some((time, x)))
 }
 
 /// The motion near a loop without the stay or the flight that begins at an instant and comes to nothing; none where that is not to be had.
@@ -115,39 +94,15 @@ fn without<'a>(
 
 /// The motion near a loop, on one side of its value, that has a stay or a flight less: what a flight comes to that is followed for a round.
 fn followed<'a>(family: &Family<'a>, place: &Place) -> Result<Option<(Family<'a>, Place)>> {
-    let Some((time, x)) = in_flight(family, place)?.filter(|_| !family.is_free) else {
-        return Ok(None);
-    };
-    let Signature {
-        stages,
-        n_periods,
-        depends_on_time,
-        ..
-    } = &family.signature;
-    let n = x.len() / 2;
-    let (q, v) = (&x.rows(0, n).into_owned(), &x.rows(n, n).into_owned());
-    let phase = family.phase + time / place.clock;
     for side in [1.0, -1.0] {
         let value = place.value + side * BEYOND * family.span();
-        let guess = Guess::State { q, v, period: None };
-        let begun = (family.make)(value)
-            .and_then(|scene| with_phase(&scene, phase, *depends_on_time))
-            .and_then(|scene| begun(&scene, guess, Some(*n_periods)));
-        let Ok((scene, signature, state)) = begun else {
-            continue;
-        };
-        if n_changes(&signature.stages) >= n_changes(stages) {
-            continue;
-        }
-        let rest = Family {
-            signature,
-            phase: scene.phase(),
-            ..family.clone()
-        };
-        let at = rest.place(&scene, value, state)?;
-        let by_value = Direction::of_value(rest.n_unknowns(&at));
-        if let Ok(settled) = rest.corrected(at, &by_value)? {
-            return Ok(Some((rest, settled.place)));
+        if let Some((rest, at)) = simulated(family, place, value, 0)?
+            && n_changes(&rest.signature.stages) < n_changes(&family.signature.stages)
+        {
+            let by_value = Direction::of_value(rest.n_unknowns(&at));
+            if let Ok(settled) = rest.corrected(at, &by_value)? {
+                return Ok(Some((rest, settled.place)));
+            }
         }
     }
     Ok(None)

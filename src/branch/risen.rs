@@ -5,6 +5,7 @@ use crate::branch::family::Family;
 use crate::branch::instants::{Instant, begun_with_strike, period};
 use crate::branch::place::Place;
 use crate::error::Result;
+use crate::hybrid::held_through;
 use crate::model::contacts;
 use crate::orbit::{ContactStage, Event, with_shooting};
 use nalgebra::{DMatrix, DVector};
@@ -103,7 +104,7 @@ fn begun_before(family: &Family<'_>, place: &Place, time: f64) -> Result<Place> 
 }
 
 /// A loop in which a stop is let go where it pulls, near a time, and landed on after three times as long as it had risen; none where it does
-/// not pull, or other stops are held by an impact that takes not all speed.
+/// not pull, other stops are held beside one that bounces, or the landing throws the motion off another one.
 pub(super) fn with_flight<'a>(
     family: &Family<'a>,
     place: &Place,
@@ -153,7 +154,14 @@ pub(super) fn with_flight<'a>(
     let landing = if restitution > 0.0 {
         Event::Chatter(stop)
     } else {
-        Event::Strike(vec![stop])
+        let landed = held_at(back)?;
+        let law = with_shooting(&scene, &family.signature, |shooting, _| {
+            held_through(shooting.motion, (stop, &without), back, &landed)
+        })?;
+        if !law.thrown.is_empty() {
+            return Ok(None);
+        }
+        Event::Strike(law.struck)
     };
     let instant =
         |(event, held): (Event, &[usize]), (time, start): (f64, f64)| -> Result<Instant> {

@@ -35,11 +35,13 @@ pub enum SpecialKind {
     Rise,
     /// A flight between a release and the next landing on the same stop has no duration left: a rise from behind.
     ReleaseBorder,
+    /// All impacts of the period lose their speed at once, and contact goes on.
+    VanishingImpacts,
 }
 
 impl SpecialKind {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Fold,
         Self::PeriodDoubling,
         Self::Torus,
@@ -52,7 +54,16 @@ impl SpecialKind {
         Self::LandingBorder,
         Self::Rise,
         Self::ReleaseBorder,
+        Self::VanishingImpacts,
     ];
+
+    /// Whether the branch ends there: a rule of contact is broken beyond, or the motion has other instants.
+    pub fn is_boundary(self) -> bool {
+        !matches!(
+            self,
+            Self::Fold | Self::PeriodDoubling | Self::Torus | Self::Pitchfork | Self::BranchPoint
+        )
+    }
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -69,6 +80,7 @@ impl SpecialKind {
             Self::LandingBorder => "landing_border",
             Self::Rise => "rise",
             Self::ReleaseBorder => "release_border",
+            Self::VanishingImpacts => "vanishing_impacts",
         }
     }
 }
@@ -237,7 +249,19 @@ pub(super) fn of_meeting(
     (instant, error): (usize, f64),
 ) -> Special {
     let stages = &family.signature.stages;
-    let (own, next) = (&stages[instant], &stages[(instant + 1) % stages.len()]);
+    let count = stages.len();
+    let (own, next) = (&stages[instant], &stages[(instant + 1) % count]);
+    // What an impact throws off a stop that was held comes back the sooner the slower it is: both come to nothing at once.
+    if let Event::Strike(stops) = &own.event
+        && family.is_hop(instant)
+    {
+        let times = &last.place.state.times;
+        return Special {
+            stop: stops.first().copied(),
+            time: Some(times[instant] - times[0]),
+            ..Special::at(SpecialKind::LostImpact, last, error)
+        };
+    }
     let stop = match &next.event {
         Event::Strike(stops) => stops.first().copied(),
         Event::Chatter(stop) | Event::Release(stop) => Some(*stop),

@@ -10,12 +10,14 @@ use crate::branch::landed::with_change;
 use crate::branch::lessened::with_less;
 use crate::branch::place::{Direction, Place};
 use crate::branch::risen::with_flight;
+use crate::branch::simulated::beyond;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::step::{Target, step_to};
+use crate::branch::touched::Touched;
 use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Event, with_shooting};
+use crate::orbit::{Event, Signature, with_shooting};
 use nalgebra::{DMatrix, dvector};
 
 /// How far beside a branch an orbit of another is looked for at first, in its scaled unknowns, and how often half as far.
@@ -30,6 +32,9 @@ const MOST_ROUNDS: usize = 6;
 const LITTLE: f64 = 1e-3;
 /// How far from a boundary, in parts of the range, the orbit beyond is.
 const BEYOND: f64 = 1e-4;
+/// By what factor nearer it is looked for where it breaks a rule of contact there, and how often.
+const NEARER: f64 = 0.1;
+const MOST_NEARER: i32 = 3;
 
 /// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of twice
 /// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a flight or a stay
@@ -113,8 +118,8 @@ fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<V
             None => Vec::new(),
         },
         (SpecialKind::BranchPoint, _) => crossed(family, place, special)?,
-        (SpecialKind::Graze, Some(touch)) => born(family, place, touch)?,
-        (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch, special)?,
+        (SpecialKind::Graze, Some(touch)) => born(family, place, touch, None)?,
+        (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch)?,
         (SpecialKind::Rise, Some(rise)) => {
             let rebuilt = |there: &Place| with_flight(family, there, rise);
             found_there(behind(family, place, special, &rebuilt))?
@@ -132,15 +137,23 @@ fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<V
             let less = short.map_or(Ok(None), |k| with_less(family, place, k))?;
             // On the near side too what it breaks is next to nothing.
             let ahead = special.direction[special.direction.len() - 1].signum();
-            let beyond = match less {
+            let other = match less {
                 Some((rest, at)) => beside(&rest, &at, ahead),
                 None => beside(family, place, ahead),
             };
-            found_there(beyond)?
+            found_there(other)?
         }
         (SpecialKind::Corner, _) => found_there(swapped(family, place))?,
         _ => Vec::new(),
     };
+    // Where none of these keeps the rules of contact beyond a boundary, the motion there says what it is.
+    let ahead = special.direction[special.direction.len() - 1];
+    let goes_on =
+        |own: &Candidate| own.is_above == (ahead > 0.0) && own.orbit.is_admissible() != Some(false);
+    if special.kind.is_boundary() && !found.iter().any(goes_on) {
+        let side = if ahead > 0.0 { 1.0 } else { -1.0 };
+        found.extend(found_there(beyond(family, place, side))?);
+    }
     found.sort_by_key(|own| own.orbit.is_admissible() == Some(false));
     Ok(found)
 }
@@ -210,17 +223,38 @@ fn found_aside(
     Ok(None)
 }
 
-/// The orbits with one impact more, on a stop that is touched, in some rounds of a loop.
-fn born(family: &Family<'_>, place: &Place, touch: (usize, f64)) -> Result<Vec<Candidate>> {
+/// The orbits with one impact more, on a stop that is touched, in some rounds of a loop; not that of so many periods and instants, which is the
+/// branch itself.
+fn born(
+    family: &Family<'_>,
+    place: &Place,
+    touch: (usize, f64),
+    but: Option<(usize, usize)>,
+) -> Result<Vec<Candidate>> {
     let mut found = Vec::new();
+    let mut with_impact = |touched: &Touched<'_>| -> Result<()> {
+        let Signature {
+            stages, n_periods, ..
+        } = &touched.family.signature;
+        let halves = if touched.family.signature.images.is_some() {
+            2
+        } else {
+            1
+        };
+        // What an impact throws off comes back at an instant more.
+        let count = stages.len() + touched.thrown.len();
+        if but != Some((*n_periods, halves * count)) {
+            found.extend(found_there(with_speed(touched))?);
+        }
+        Ok(())
+    };
     // A motion that is its own mirror image touches two stops, or one twice: it may go on hitting both.
     if let Some((half, at)) = family.half(place)? {
-        let (own, at, instant) = half.with_touch(&at, half.in_half(&at, touch))?;
-        found.extend(found_there(with_speed(&own, &at, instant))?);
+        with_impact(&half.with_touch(&at, half.in_half(&at, touch))?)?;
     }
     for rounds in 1..=MOST_ROUNDS {
         let (several, at) = family.repeated(place, &place.state, &vec![0.0; rounds])?;
-        found.extend(born_at(&several, &at, touch)?);
+        with_impact(&several.with_touch(&at, touch)?)?;
     }
     Ok(found)
 }
@@ -231,12 +265,38 @@ pub(super) fn born_at(
     place: &Place,
     touch: (usize, f64),
 ) -> Result<Vec<Candidate>> {
-    let (own, at, instant) = family.with_touch(place, touch)?;
-    found_there(with_speed(&own, &at, instant))
+    found_there(with_speed(&family.with_touch(place, touch)?))
 }
 
-/// The orbit near a loop on which an impact that has no speed there has some.
-fn with_speed(family: &Family<'_>, place: &Place, instant: usize) -> Result<Option<Candidate>> {
+/// The orbit near a loop on which an impact that has no speed there has some. What it throws off a stop that is held comes back to it.
+fn with_speed(touched: &Touched<'_>) -> Result<Option<Candidate>> {
+    let Touched {
+        family,
+        place,
+        instant,
+        thrown,
+    } = touched;
+    let Some(there) = sped_up(family, place, *instant)? else {
+        return Ok(None);
+    };
+    match thrown[..] {
+        [] => Candidate::at(family, &there, place.value).map(Some),
+        [stop] if family.signature.images.is_none() => {
+            let Some((other, at)) = family.left_at(&there, *instant, stop)? else {
+                return Ok(None);
+            };
+            let by_value = Direction::of_value(other.n_unknowns(&at));
+            match other.corrected(at, &by_value)? {
+                Ok(settled) => Candidate::at(&other, &settled.place, place.value).map(Some),
+                Err(_) => Ok(None),
+            }
+        }
+        _ => Ok(None),
+    }
+}
+
+/// The loop along its family at which an impact that has no speed has some.
+fn sped_up(family: &Family<'_>, place: &Place, instant: usize) -> Result<Option<Place>> {
     let equations = family.equations(place)?;
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
@@ -250,7 +310,7 @@ fn with_speed(family: &Family<'_>, place: &Place, instant: usize) -> Result<Opti
         if let Ok(settled) = step_to(family, from, Target::Length(length))?
             && family.approach(&settled.place, instant)? > 0.0
         {
-            return Candidate::at(family, &settled.place, place.value).map(Some);
+            return Ok(Some(settled.place));
         }
         length *= 0.5;
     }
@@ -258,12 +318,11 @@ fn with_speed(family: &Family<'_>, place: &Place, instant: usize) -> Result<Opti
 }
 
 /// The orbit without an impact that has lost its speed, and the others that it meets there.
-fn lost(
-    family: &Family<'_>,
-    place: &Place,
-    (stop, time): (usize, f64),
-    special: &Special,
-) -> Result<Vec<Candidate>> {
+fn lost(family: &Family<'_>, place: &Place, (stop, time): (usize, f64)) -> Result<Vec<Candidate>> {
+    let Signature {
+        stages, n_periods, ..
+    } = &family.signature;
+    let own = (*n_periods, stages.len());
     // A motion that is its own mirror image loses two impacts at once.
     let half = family.half(place)?;
     let (family, place, (stop, time)) = match &half {
@@ -288,11 +347,7 @@ fn lost(
     };
     let (rest, at) = rest.one_round(&at)?.unwrap_or((rest, at));
     let mut found: Vec<Candidate> = beside(&rest, &at, 1.0)?.into_iter().collect();
-    let is_other = |own: &Candidate| {
-        own.orbit.pattern() != special.orbit.pattern()
-            || own.orbit.n_periods() != special.orbit.n_periods()
-    };
-    found.extend(born(&rest, &at, touch)?.into_iter().filter(is_other));
+    found.extend(born(&rest, &at, touch, Some(own))?);
     Ok(found)
 }
 
@@ -303,7 +358,9 @@ fn beside(family: &Family<'_>, place: &Place, first: f64) -> Result<Option<Candi
         return Ok(None);
     };
     let mut found = None;
-    for side in [first, -first] {
+    // Past a further boundary it breaks a rule that it keeps nearer to this one.
+    let near = (0..MOST_NEARER).flat_map(|k| [first, -first].map(|side| side * NEARER.powi(k)));
+    for side in near {
         let value = place.value + side * BEYOND * family.span();
         let from = (&settled.place, &settled.equations, &settled.tangent);
         let Ok(there) = step_to(family, from, Target::Value(value))? else {
@@ -337,6 +394,17 @@ fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
     let past = family.moved(place, &equations, &tangent.scaled(ahead))?;
     let whole = period(&past.state);
     let mut instants = turned(family.instants(&past.state), first, whole);
+    // What an impact does to stops that are held is not the same in the other order: there the motion itself is asked.
+    if instants
+        .iter()
+        .take(2)
+        .any(|own| !own.stage.held.is_empty())
+        || instants
+            .last()
+            .is_some_and(|own| !own.stage.held.is_empty())
+    {
+        return Ok(None);
+    }
     instants.swap(0, 1);
     let flown = instants.last().cloned().filter(|_| count > 2);
     let before = flown.unwrap_or_else(|| instants[0].clone()).later(-whole);

@@ -1,6 +1,6 @@
 //! Where a branch comes to its end because something comes to nothing: a flight, a stay, the motion.
 
-use crate::branch::border::border;
+use crate::branch::border::{border, vanishing};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::lessened::{self, Sharp};
@@ -62,6 +62,16 @@ pub(super) fn meeting(
                 }
                 None => (met, false),
             });
+        }
+        let vanish = vanishing(family, points).filter(|own| is_near(own.0));
+        if let Some((parameter, error)) = vanish {
+            let met = Special {
+                kind: SpecialKind::VanishingImpacts,
+                parameter,
+                error: error.max(passed(parameter)),
+                ..met
+            };
+            return Ok((met, true));
         }
         Ok(
             match border(family, points, instant)?.filter(|own| is_near(own.0)) {

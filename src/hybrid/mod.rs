@@ -8,6 +8,7 @@ mod closed_form;
 #[cfg(test)]
 mod contract;
 mod flow;
+mod held_through;
 mod integrated;
 mod maps;
 pub(crate) mod recorder;
@@ -19,6 +20,7 @@ pub(crate) use closed_form::{
     ClosedForm, ClosedFormMaps, ModalImpacts, constrained_motions, joined,
 };
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
+pub(crate) use held_through::{HeldThrough, held_through};
 pub(crate) use integrated::{
     FlightPieces, InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum,
     SeriesPiece, SeriesStep, Taylor, has_series, series_order,

@@ -235,6 +235,44 @@ fn the_border_of_a_chatter_is_known_from_its_power_law() {
 }
 
 #[test]
+fn impacts_that_vanish_all_at_once_do_so_at_one_place_from_both_sides() {
+    // x'' + x = cos w t before a stop at 0: let go at rest where the force turns, the flight (w sin t - sin w t)/(1 - w^2) is over at
+    // t = pi/w, where the force turns again, and at w = 1/3 without speed. Contact lasts half a period there.
+    let vanishing = 1.0 / 3.0;
+    let sides = [
+        (0.30, Heading::Up),
+        (0.32, Heading::Up),
+        (0.334, Heading::Down),
+        (0.34, Heading::Down),
+    ];
+    for (frequency, heading) in sides {
+        let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0]);
+        let force = Harmonic::new(dvector![1.0.into()], frequency, 0.0).expect("valid");
+        let stop = Stop::new(0, 0.0, 0.8).expect("valid");
+        let scene = Scene::new(system.expect("valid"), force, [stop]).expect("valid");
+        let (start, rest) = (dvector![-0.5], dvector![0.0]);
+        let long = (0.0, 60.0 * std::f64::consts::TAU / frequency);
+        let run = simulate(&scene, &start, &rest, long, &SimulateOptions::default());
+        let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+        let options = ContinuationOptions {
+            heading,
+            ..Default::default()
+        };
+        let branch = followed(&orbit, Parameter::Frequency, (0.25, 0.45), &options);
+        let [border] = branch.special.as_slice() else {
+            panic!("{frequency}: {:?}", branch.ends);
+        };
+        let off = (border.parameter - vanishing).abs();
+        assert_eq!(border.kind, SpecialKind::VanishingImpacts, "{frequency}");
+        assert!(
+            off <= border.error && border.error < 1e-6,
+            "{frequency}: {off:e} {:e}",
+            border.error
+        );
+    }
+}
+
+#[test]
 fn a_branch_that_goes_on_beyond_its_boundary_has_it_all_the_same() {
     let orbit = &USUAL.orbits(1)[0];
     let [stopped, kept] = [Virtual::Stop, Virtual::Keep].map(|beyond| {

@@ -27,6 +27,9 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
         SpecialKind::ReleaseBorder => Ok(shortest(look)),
         SpecialKind::Corner => Err("a corner, whose impacts are one"),
         SpecialKind::ChatterBorder => Err("a chatter border"),
+        SpecialKind::VanishingImpacts => {
+            Err("impacts that vanish, of which the last orbit has some")
+        }
     }
 }
 

@@ -27,6 +27,7 @@ MARKS = {
     "rise": ("h", "rise"),
     "release_border": ("H", "release border"),
     "chatter_border": ("X", "chatter border"),
+    "vanishing_impacts": ("d", "vanishing impacts"),
 }
 
 

@@ -60,8 +60,9 @@ pub(super) fn begun<'a>(
             (SpecialKind::Pitchfork, _) => (Condition::Multiplier(-1.0), half()?),
             (SpecialKind::Torus, _) => (Condition::OnCircle, (whole, place)),
             (SpecialKind::Graze, Some(touch)) => {
-                let (family, place, instant) = whole.with_touch(&place, touch)?;
-                (Condition::NoSpeed(instant), (family, place))
+                let touched = whole.with_touch(&place, touch)?;
+                let (family, place) = (touched.family, touched.place);
+                (Condition::NoSpeed(touched.instant), (family, place))
             }
             (SpecialKind::LostImpact, Some(touch)) => {
                 let instant = whole.instant_of(&place, touch);

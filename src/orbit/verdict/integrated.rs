@@ -15,6 +15,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::{is_met, judge_impacts, judge_reached};
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
+use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
 use crate::tolerance::INTEGRATED_MARGIN;
 use nalgebra::DVector;
 
@@ -114,6 +115,19 @@ impl IntegratedJudge<'_> {
                 let margin = INTEGRATED_MARGIN * size;
                 judge_reached((stop, next), gap, (margin, margin * rate), found);
             }
+            let own = HeldAtImpact {
+                before: mode.held(),
+                behind: next_mode.held(),
+                time: next,
+                impacts,
+            };
+            let state = DVector::from_vec(state);
+            let coupling = |one: usize, other: usize| {
+                let opens = self.maps.gap(one, end, &state)?.gradient;
+                Ok(-opens.dot(&self.maps.reaction(other, &state)?))
+            };
+            let slow = |stop: usize| INTEGRATED_MARGIN * sizes[stop] * rate;
+            judge_held(own, coupling, slow, found)?;
         }
         Ok(())
     }

@@ -18,6 +18,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
+use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
 use crate::tolerance::ORBIT_MARGIN;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -88,6 +89,7 @@ impl<'a> Judge<'a> {
         let mut found = Admissibility::default();
         judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
         self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
+        self.judge_thrown(flights, impacts, |stop| margins[stop] * rate, &mut found)?;
         let gap = |stop: usize, t: f64, state: &[Pair]| self.gap(phase, stop, t, state);
         let free = flights
             .iter()
@@ -177,6 +179,32 @@ impl<'a> Judge<'a> {
         let position = along(&scene.position_rows[stop], state);
         let speed = receding - along(&scene.velocity_rows[stop], state);
         [scene.geometry.clearances[stop] + moved - position, speed]
+    }
+
+    /// Judges the stops that are held where others are hit.
+    fn judge_thrown(
+        &self,
+        flights: &[Flight],
+        impacts: &[Impact],
+        slow: impl Fn(usize) -> f64,
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        let geometry = &self.scene.geometry;
+        let following = flights.iter().cycle().skip(1);
+        for (flight, next) in flights.iter().zip(following) {
+            let own = HeldAtImpact {
+                before: flight.mode.held(),
+                behind: next.mode.held(),
+                time: next.start,
+                impacts,
+            };
+            let coupling = |one: usize, other: usize| {
+                let normal = geometry.normals.column(one);
+                Ok(normal.dot(&geometry.reactions.column(other)))
+            };
+            judge_held(own, coupling, &slow, found)?;
+        }
+        Ok(())
     }
 
     /// Judges the stops at the ends of flights that are not hit there.

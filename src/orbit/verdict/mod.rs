@@ -5,3 +5,4 @@ pub(in crate::orbit) mod closing;
 pub(in crate::orbit) mod integrated;
 pub(in crate::orbit) mod judge;
 pub(in crate::orbit) mod lasting;
+pub(in crate::orbit) mod thrown;

@@ -1,0 +1,102 @@
+//! What an impact on one stop does to others that are held at that instant (theory 9): it presses them, and they take impulses with it, or it
+//! throws the motion off them. Newton's law of all of them decides, as in a simulation.
+
+use crate::error::Result;
+use crate::hybrid::maps::{GapAt, HybridMaps};
+use crate::impact::resolve_impacts;
+use nalgebra::{DMatrix, DVector};
+
+/// What becomes of stops that are held at an impact on another.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct HeldThrough {
+    /// The stop that is hit, and those held that take an impulse with it.
+    pub struck: Vec<usize>,
+    /// Those that are held behind it.
+    pub held: Vec<usize>,
+    /// Those that are left.
+    pub thrown: Vec<usize>,
+}
+
+/// What an impact on a stop does to others that are held. The law knows no scale: it is the same for every speed.
+///
+/// # Errors
+/// What the maps report; reactions with which no impulses keep the stops from closing.
+pub(crate) fn held_through<M: HybridMaps + ?Sized>(
+    maps: &M,
+    (hit, held): (usize, &[usize]),
+    t: f64,
+    state: &DVector<f64>,
+) -> Result<HeldThrough> {
+    let others = held.iter().copied().filter(|stop| *stop != hit);
+    let stops: Vec<usize> = std::iter::once(hit).chain(others).collect();
+    let count = stops.len();
+    let mut found = HeldThrough {
+        struck: vec![hit],
+        held: Vec::new(),
+        thrown: Vec::new(),
+    };
+    if count == 1 {
+        return Ok(found);
+    }
+    let (mut gaps, mut reactions) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for &stop in &stops {
+        let GapAt { gradient, .. } = maps.gap(stop, t, state)?;
+        gaps.push(gradient);
+        reactions.push(maps.reaction(stop, state)?);
+    }
+    let delassus = DMatrix::from_fn(count, count, |i, j| -gaps[i].dot(&reactions[j]));
+    let restitutions = DVector::from_fn(count, |i, _| maps.restitution(stops[i]));
+    let mut speeds = DVector::zeros(count);
+    speeds[0] = -1.0;
+    let law = resolve_impacts(&delassus, &restitutions, &speeds, &DVector::zeros(count))?;
+    for (i, &stop) in stops.iter().enumerate().skip(1) {
+        if law.opening_speeds[i] > 0.0 {
+            found.thrown.push(stop);
+            continue;
+        }
+        found.held.push(stop);
+        if law.impulses[i] > 0.0 {
+            found.struck.push(stop);
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::ModalScene;
+    use crate::hybrid::closed_form::ClosedFormMaps;
+    use crate::model::{Forcing, LinearSystem, Scene, Stop};
+    use nalgebra::{dmatrix, dvector};
+
+    /// What an impact on the second stop does to the first one, which is held, of two masses coupled by their inertia.
+    fn found(coupling: f64, second: f64) -> HeldThrough {
+        let mass = dmatrix![1.0, coupling; coupling, 1.0];
+        let system = LinearSystem::new(mass, DMatrix::zeros(2, 2), dmatrix![2.0, 0.0; 0.0, 3.0]);
+        let stops = [
+            Stop::new(dvector![1.0, 0.0], 0.0, 0.3),
+            Stop::new(dvector![0.0, second], 0.0, 0.5),
+        ];
+        let stops = stops.map(|stop| stop.expect("valid"));
+        let scene = Scene::new(system.expect("definite"), Forcing::Unforced, stops);
+        let modal = ModalScene::of(&scene.expect("valid"), "test").expect("linear");
+        let maps = ClosedFormMaps::new(&modal, 0.0, Vec::new());
+        held_through(&maps, (1, &[0]), 0.0, &DVector::zeros(4)).expect("solvable")
+    }
+
+    #[test]
+    fn a_stop_that_is_held_is_pressed_thrown_off_or_left_alone() {
+        // M^-1 = [1, -c; -c, 1]/(1 - c^2): an impulse p on the second normal changes the speed along the first by c p/(1 - c^2).
+        let c = 0.4;
+        let thrown = found(-c, 1.0);
+        assert_eq!((thrown.struck, thrown.held), (vec![1], vec![]));
+        assert_eq!(thrown.thrown, [0]);
+        let pressed = found(-c, -1.0);
+        assert_eq!((pressed.struck, pressed.held), (vec![1, 0], vec![0]));
+        assert!(pressed.thrown.is_empty());
+        let alone = found(0.0, 1.0);
+        assert_eq!((alone.struck, alone.held), (vec![1], vec![0]));
+        assert!(alone.thrown.is_empty());
+    }
+}
