@@ -147,7 +147,7 @@ fn pendulum(criterion: &mut Criterion) {
     let (q, v) = (orbit.q0(), orbit.v0());
     let close = SimulateOptions {
         rtol: 1e-13,
-        atol: 1e-15,
+        atol: Some(1e-15),
         ..SimulateOptions::default()
     };
     let (scene, period) = (orbit.scene(), orbit.period());

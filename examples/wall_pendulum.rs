@@ -111,7 +111,7 @@ fn check_runs(real: &PeriodicOrbit) -> Result<()> {
 fn after_a_period(real: &PeriodicOrbit, x: &DVector<f64>) -> Result<DVector<f64>> {
     let options = SimulateOptions {
         rtol: 1e-12,
-        atol: 1e-14,
+        atol: Some(1e-14),
         ..Default::default()
     };
     let (q, v) = (x.rows(0, 2).into_owned(), x.rows(2, 2).into_owned());

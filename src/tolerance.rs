@@ -42,6 +42,9 @@ pub(crate) const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
 /// Units in the last place by which the entries of a matrix that was assembled from few parts are off.
 pub(crate) const ENTRY_ROUNDINGS: f64 = 4.0;
 
+/// The absolute tolerance of a run that gives none, in parts of how far the motion goes.
+pub(crate) const ABSOLUTE_PART: f64 = 1e-12;
+
 /// A function is given by polynomials up to this part of its largest value.
 pub(crate) const FUNCTION_TOL: f64 = 1e-14;
 /// Polynomials that a function is given by, at the most.

@@ -84,7 +84,7 @@ fn flights_of_a_ball_are_found_at_once() {
 fn the_impacts_recorded_before_rest_grow_as_the_logarithm_of_the_tolerance() {
     let count = |rtol: f64| {
         let options = SimulateOptions {
-            atol: 1e-3 * rtol,
+            atol: Some(1e-3 * rtol),
             ..with(Method::Exact, rtol)
         };
         let run = run(&ball(0.7), &[1.0], &[0.0], 20.0, &options);
@@ -419,5 +419,87 @@ fn what_does_not_strike_moves_on_while_impacts_accumulate() {
         let (sin, cos) = (w * 20.0).sin_cos();
         let wanted = (growth * 20.0).exp() * (0.4 * cos + (0.4 - growth * 0.4) / w * sin);
         assert!((q[1] - wanted).abs() < 1e-6, "{method:?} {} {wanted}", q[1]);
+    }
+}
+
+#[test]
+fn impacts_beside_a_stop_that_is_held_come_to_rest_when_those_of_one_alone_do() {
+    // A mass lies on the ground and a second one bounces on it: while the first is held the second is a ball on a floor, dropped from 1.
+    for (e, method) in [
+        (0.5, Method::Exact),
+        (0.9, Method::Exact),
+        (0.99, Method::Exact),
+        (0.5, Method::Dop853),
+    ] {
+        let rest = 2f64.sqrt() * (1.0 + 2.0 * e / (1.0 - e));
+        let masses = linear(dvector![1.0, 1.0], DVector::zeros(2), DVector::zeros(2));
+        let floor = lower(0, 0.0, e);
+        let on = lower(dvector![-1.0, 1.0], 0.0, e);
+        let scene = scene(
+            loaded(masses, &[-1.0, -1.0]),
+            Forcing::Unforced,
+            [floor, on],
+        );
+        let run = run(
+            &scene,
+            &[0.0, 1.0],
+            &[0.0, 0.0],
+            1.1 * rest,
+            &with(method, 1e-9),
+        );
+        let [chatter] = of_kind(&run, SegmentKind::Chatter)[..] else {
+            panic!("one stop bounces")
+        };
+        let allowed = if method == Method::Exact { 1e-10 } else { 1e-6 };
+        assert!(
+            (chatter.end / rest - 1.0).abs() < allowed,
+            "{e}: {:e}",
+            chatter.end - rest
+        );
+        assert!(chatter.stop == Some(1) && chatter.end > chatter.start);
+        // Held before it, beside it and behind it: the ground carries both, all the time, in the mean.
+        let held = of_kind(&run, SegmentKind::Stick);
+        let ground = held
+            .iter()
+            .filter(|s| s.stop == Some(0) && s.start >= chatter.start);
+        let carried: f64 = ground.clone().map(|s| s.impulse).sum();
+        let left = run.span().1 - chatter.start;
+        // What it gives at the instant at which the speed of the second is taken away is the segment's that begins there.
+        let due = 2.0 * left + chatter.impulse - (chatter.end - chatter.start);
+        assert!((carried - due).abs() < 1e-6 * left, "{e}: {carried} {due}");
+        assert_eq!(
+            ground.map(|s| s.start).fold(f64::INFINITY, f64::min),
+            chatter.start
+        );
+    }
+}
+
+#[test]
+fn what_lands_where_nothing_pulls_it_stays() {
+    // A spring that is relaxed at the stop: behind an impact without restitution everything is rounding.
+    for w in [1.0, 2.0, 2.0 * PI, 10.0, 50.0, 1e-3, 1e5] {
+        for more in [0.0, 0.3] {
+            // A second coordinate, coupled by masses, or not there.
+            let mass = DMatrix::from_row_slice(2, 2, &[1.0, more, more, 1.0]);
+            let system = linear(mass.clone(), DMatrix::zeros(2, 2), &mass * (w * w));
+            let scene = scene(system, Forcing::Unforced, [upper(0, 0.0, 0.0)]);
+            let options = SimulateOptions::default();
+            let run = run(&scene, &[-1.0, 0.0], &[0.0, 0.0], 40.0 / w, &options);
+            assert_eq!(run.impacts().len(), 1, "{w} {more}");
+            let (q, v) = run.last();
+            assert!(
+                q[0].abs() < 1e-14 && v[0].abs() < 1e-14 * w,
+                "{w} {more}: {q} {v}"
+            );
+            // Beside another motion whether it is held, by no force, is rounding.
+            if more == 0.0 {
+                let [landed] = of_kind(&run, SegmentKind::Stick)[..] else {
+                    panic!("{w}: {:?}", run.segments())
+                };
+                let off = landed.start * w / (PI / 2.0) - 1.0;
+                assert!(off.abs() < 1e-13, "{w}: {off:e}");
+                assert_eq!(landed.end, 40.0 / w);
+            }
+        }
     }
 }

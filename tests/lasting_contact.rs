@@ -135,7 +135,7 @@ fn returned(orbit: &PeriodicOrbit, start: f64, x: &DVector<f64>) -> DVector<f64>
     let options = SimulateOptions {
         keep: Keep::Final,
         rtol: 1e-12,
-        atol: 1e-15,
+        atol: Some(1e-15),
         ..Default::default()
     };
     let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
@@ -197,7 +197,7 @@ fn keeps_the_laws(orbit: &PeriodicOrbit, label: &str) {
     assert_eq!(n_zero, 2, "{label}: {multipliers}");
     let options = SimulateOptions {
         rtol: 1e-12,
-        atol: 1e-15,
+        atol: Some(1e-15),
         ..Default::default()
     };
     let span = (0.0, 2.0 * orbit.period());

@@ -10,8 +10,9 @@ use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use random::{Cases, Random};
 use scenes::{linear, oscillator, run, scene, upper, with};
 use vibroimpact::{
-    Forcing, Harmonic, Impact, LinearSystem, Method, OrbitOptions, Pattern, Scene, SegmentKind,
-    Side, SimulateOptions, Stop, Trajectory, periodic_orbits, simulate,
+    BaseMotion, Forcing, Harmonic, Impact, LinearSystem, Load, Method, OrbitOptions, Pattern,
+    Scene, SegmentKind, Side, Signal, SimulateOptions, Stop, StopMotion, Trajectory,
+    periodic_orbits, simulate,
 };
 
 /// An oscillator of frequency and amplitude 1 from the middle, `q = sin t`, and a stop below its peak by a depth.
@@ -209,4 +210,141 @@ fn a_flight_whose_last_step_rounds_short_is_not_searched_beyond_its_end() {
             assert_eq!(orbit.is_admissible(), Some(!passes), "{k}");
         }
     }
+}
+
+/// A stop's motion `amplitude cos w t`.
+fn shaken(amplitude: f64, w: f64) -> StopMotion {
+    let motion = Harmonic::new(dvector![amplitude.into()], w, 0.0);
+    motion.and_then(StopMotion::harmonic).expect("valid")
+}
+
+/// Coordinates that everything acts on: weights, forces, a base and a record, before stops at rest and in motion, with and without
+/// anything that holds them; all lengths, and what has a length in it, times a factor.
+fn in_unit(case: &mut Random, length: f64) -> (Scene, DVector<f64>, DVector<f64>) {
+    let n = 1 + case.below(3);
+    let root = case.matrix(n);
+    let mass = root.tr_mul(&root) + DMatrix::identity(n, n);
+    let root = case.matrix(n);
+    let is_held = case.chance(80);
+    let held = root.tr_mul(&root) + DMatrix::from_diagonal_element(n, n, 0.2);
+    let stiffness = held * if is_held { 4.0 } else { 0.0 };
+    let root = case.matrix(n);
+    let damping = root.tr_mul(&root) * case.of(&[0.0, 0.05, 0.5]);
+    let load = case.vector(n) * (case.of(&[0.0, 3.0]) * length);
+    let system = linear(mass, damping, stiffness)
+        .with_load(load)
+        .and_then(|system| system.with_influence(DVector::from_element(n, 1.0)))
+        .expect("valid");
+    let frequency = case.between(0.8, 2.5);
+    let force = (case.vector(n) * length).map(Complex::from);
+    let force = Harmonic::new(force, frequency, 0.4).expect("valid");
+    let base = BaseMotion::new(0.3 * length, 2.1, 0.1).expect("valid");
+    let record = [0.0, 1.0, -1.0, 0.5, 0.0].map(|x: f64| x * length);
+    let record = Signal::samples(&[0.0, 1.0, 2.5, 6.0, 20.0], &record).expect("valid");
+    let record = Load::new(case.vector(n), record).expect("valid");
+    let forcings: Vec<Forcing> = vec![force.into(), base.into(), record.into()];
+    let acting: Vec<Forcing> = (forcings.into_iter()).filter(|_| case.chance(50)).collect();
+    let stops: Vec<Stop> = (0..=case.below(3))
+        .map(|k| {
+            let clearance = case.of(&[0.0, 0.1, 0.3]) * length;
+            let motion = shaken(0.05 * length, frequency);
+            let motion = case.chance(30).then_some(motion);
+            let stop = upper(case.vector(n), clearance, case.of(&[0.0, 0.5, 0.8]));
+            let side = if k % 2 == 0 { Side::Upper } else { Side::Lower };
+            stop.on_side(side).with_motion(motion)
+        })
+        .collect();
+    let v0 = case.vector(n) * case.of(&[0.0, 1.0]) * length;
+    (
+        scene(system, Forcing::Several(acting), stops),
+        DVector::zeros(n),
+        v0,
+    )
+}
+
+/// A run in a unit of length: its end and its impacts, in units of one; none where the start lies inside a stop.
+fn run_in_unit(number: usize, method: Method, length: f64) -> Option<Vec<f64>> {
+    let mut case = Random::of_case(11, number as u64);
+    let (scene, q0, v0) = in_unit(&mut case, length);
+    let options = SimulateOptions {
+        method,
+        max_impacts: Some(300),
+        ..Default::default()
+    };
+    let run = match simulate(&scene, &q0, &v0, (0.0, 12.0), &options) {
+        Err(error) => {
+            assert!(error.to_string().contains("q0"), "{number}: {error}");
+            return None;
+        }
+        Ok(run) => run,
+    };
+    let impact = |i: &Impact| [i.time, i.approach / length, i.departure / length];
+    let (q, v) = run.last();
+    let state = q.iter().chain(v.iter()).map(|x| x / length);
+    let impacts = run.impacts().iter().flat_map(impact);
+    Some(state.chain(impacts).collect())
+}
+
+#[test]
+fn a_run_in_another_unit_of_length_has_the_same_bits() {
+    let (cases, mut compared) = (Cases::new(11, 150), 0);
+    for (number, _) in cases.each() {
+        for method in [Method::Exact, Method::Rk45, Method::Dop853] {
+            let Some(known) = run_in_unit(number, method, 1.0) else {
+                continue;
+            };
+            for exponent in [-80, -40, -10, 20] {
+                let found = run_in_unit(number, method, 2f64.powi(exponent));
+                assert_eq!(
+                    found.as_ref(),
+                    Some(&known),
+                    "case {number}, {method:?}, {exponent}"
+                );
+            }
+            compared += known.len() / 3;
+        }
+    }
+    assert!(cases.have(compared, 3000), "{compared}");
+}
+
+#[test]
+fn an_absolute_tolerance_is_that_of_a_length() {
+    // The clearance, the motion of the stop, the start and its speed, the response 3/(4 + 1) off its resonance, each the largest of one.
+    let of = |clearance: f64, moved: f64, q0: f64, v0: f64, force: f64| {
+        let stop = upper(0, clearance, 0.5).with_motion(Some(shaken(moved, 1.0)));
+        let force = Harmonic::new(dvector![force.into()], 1.0, 0.0).expect("valid");
+        let scene = scene(
+            linear(dvector![1.0], dvector![0.0], dvector![4.0]),
+            force,
+            [stop],
+        );
+        let options = SimulateOptions::default();
+        run(&scene, &[q0], &[v0], 1.0, &options).stats().atol
+    };
+    for (atol, length) in [
+        (of(7.0, 1.0, 2.0, 1.0, 3.0), 7.0),
+        (of(1.0, 5.0, -2.0, 1.0, 3.0), 5.0),
+        (of(1.0, 0.5, -4.0, 1.0, 3.0), 4.0),
+        // The fastest rate is 2, that of the force 1 over a turn.
+        (of(1.0, 0.5, -1.0, -12.0, 3.0), 6.0),
+        (of(0.1, 0.05, -0.1, -0.1, 15.0), 3.0),
+    ] {
+        assert!(
+            (atol / (1e-12 * length) - 1.0).abs() < 1e-14,
+            "{atol:e} {length}"
+        );
+    }
+    // At resonance the response has no size of its own; a number that is given is that number.
+    let resonant = |atol: Option<f64>| {
+        let force = Harmonic::new(dvector![1.0.into()], 2.0, 0.0).expect("valid");
+        let system = linear(dvector![1.0], dvector![0.0], dvector![4.0]);
+        let scene = scene(system, force, [upper(0, 0.5, 0.5)]);
+        let options = SimulateOptions {
+            atol,
+            ..Default::default()
+        };
+        run(&scene, &[0.0], &[0.0], 1.0, &options).stats().atol
+    };
+    assert_eq!(resonant(None), 0.5e-12);
+    assert_eq!(resonant(Some(3e-7)), 3e-7);
 }

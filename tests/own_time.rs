@@ -120,7 +120,7 @@ fn the_time_of_the_equations_moves_with_the_phase() {
         // Its scene retraces it.
         let options = SimulateOptions {
             rtol: 1e-11,
-            atol: 1e-13,
+            atol: Some(1e-13),
             ..Default::default()
         };
         let end = 5.0 * orbit.period();

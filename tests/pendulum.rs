@@ -78,7 +78,7 @@ fn pair(m: f64, mu: f64) -> Chain {
 fn tight() -> SimulateOptions {
     SimulateOptions {
         rtol: 1e-12,
-        atol: 1e-13,
+        atol: Some(1e-13),
         ..Default::default()
     }
 }
@@ -263,7 +263,7 @@ fn small_motions_are_those_of_the_linear_scene() {
     let linear = linearise(&scene).expect("an equilibrium");
     let options = SimulateOptions {
         rtol: 1e-12,
-        atol: 1e-12 * size,
+        atol: Some(1e-12 * size),
         ..Default::default()
     };
     let large = simulate(&scene, &q, &v, (0.0, 15.0), &options).expect("runs");

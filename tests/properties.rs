@@ -505,7 +505,7 @@ proptest! {
             };
             let hostile_options = SimulateOptions {
                 rtol: tolerances.0,
-                atol: tolerances.1,
+                atol: Some(tolerances.1),
                 t_eval,
                 max_impacts: Some(200),
                 ..Default::default()

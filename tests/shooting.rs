@@ -20,7 +20,7 @@ fn opening(orbit: &PeriodicOrbit) -> f64 {
     let keep = SimulateOptions {
         keep: Keep::Final,
         rtol: 1e-12,
-        atol: 1e-15,
+        atol: Some(1e-15),
         ..Default::default()
     };
     let span = (start, start + orbit.period());
@@ -402,7 +402,7 @@ fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
     let keep = SimulateOptions {
         keep: Keep::Final,
         rtol: 1e-13,
-        atol: 1e-15,
+        atol: Some(1e-15),
         ..Default::default()
     };
     let returned = |x: &DVector<f64>| {

@@ -25,7 +25,7 @@ fn steps(method: Method, rtol: f64) -> SimulateOptions {
     SimulateOptions {
         method,
         rtol,
-        atol: 1e-3 * rtol,
+        atol: Some(1e-3 * rtol),
         ..Default::default()
     }
 }

@@ -586,8 +586,10 @@ class Orbits:
 
 @final
 class Stats:
-    def __new__(cls, n_rhs: int, n_steps: int, n_gap_evaluations: int, n_flights: int, n_impacts: int) -> Stats: ...
-    def __getnewargs__(self) -> tuple[int, int, int, int, int]: ...
+    def __new__(
+        cls, n_rhs: int, n_steps: int, n_gap_evaluations: int, n_flights: int, n_impacts: int, atol: float = float("nan")
+    ) -> Stats: ...
+    def __getnewargs__(self) -> tuple[int, int, int, int, int, float]: ...
     @property
     def n_rhs(self) -> int: ...
     @property
@@ -598,6 +600,8 @@ class Stats:
     def n_flights(self) -> int: ...
     @property
     def n_impacts(self) -> int: ...
+    @property
+    def atol(self) -> float: ...
 
 @final
 class Energy:
@@ -711,7 +715,7 @@ def simulate(
     *,
     method: _Method = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     t_eval: ArrayLike | None = None,
     keep: _Keep = "motion",
     max_impacts: int | None = None,
@@ -761,7 +765,7 @@ def _simulate_rows(
     t_span: tuple[float, float],
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
     t_eval: ArrayLike | None,
     keep: str,
     max_impacts: int | None,
@@ -789,7 +793,7 @@ def _basin_cells(
     hits: int | None,
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
     threads: int | None,
     progress: bool,
     ask: Callable[[], None] | None,
@@ -805,7 +809,7 @@ def _settle_seeds(
     max_periods: int,
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
     threads: int | None,
     progress: bool,
     ask: Callable[[], None] | None,
@@ -832,7 +836,7 @@ def _lyapunov_exponents(
     n_exponents: int | None,
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
     progress: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str, str]: ...
 def _continuation(
@@ -913,7 +917,7 @@ def _bifurcation_diagram(
     carry: bool,
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
     threads: int | None,
     progress: bool,
     ask: Callable[[], None] | None,

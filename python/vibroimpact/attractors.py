@@ -155,7 +155,7 @@ def find_attractors(
     wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     workers: _workers.Workers = None,
     progress: bool = False,
 ) -> Attractors:

@@ -125,7 +125,7 @@ def basins(
     wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     workers: _workers.Workers = None,
     store: Any = None,
     overwrite: bool = False,
@@ -230,7 +230,7 @@ def basins(
             "max_periods": max_periods,
             "method": method,
             "rtol": float(rtol),
-            "atol": float(atol),
+            "atol": None if atol is None else float(atol),
         }
         kept = Store(store, "Basins", arguments, {"x": plane.x, "y": plane.y}, COLUMNS, overwrite=overwrite, key=key)
     if attractors is None and kept is not None and (known := kept.kept("attractors")) is not None:

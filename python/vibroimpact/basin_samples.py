@@ -79,7 +79,7 @@ def basin_fractions(
     wrap: Mapping[int, float] | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     workers: _workers.Workers = None,
     progress: bool = False,
 ) -> BasinFractions:

@@ -194,7 +194,7 @@ def bifurcation_diagram(
     carry: bool = True,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     workers: _workers.Workers = None,
     progress: bool = False,
 ) -> BifurcationDiagram:

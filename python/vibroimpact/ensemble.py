@@ -137,7 +137,7 @@ def simulate_many(
     *,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     t_eval: ArrayLike | None = None,
     keep: str = "final",
     max_impacts: int | None = None,

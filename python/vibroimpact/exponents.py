@@ -87,7 +87,7 @@ def lyapunov_exponents(
     n_exponents: int | None = None,
     method: str = "auto",
     rtol: float = 1e-9,
-    atol: float = 1e-12,
+    atol: float | None = None,
     progress: bool = False,
 ) -> LyapunovExponents:
     """Return how fast small deviations from a motion grow.

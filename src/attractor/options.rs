@@ -19,7 +19,7 @@ pub struct AttractorOptions {
     /// As for [`simulate`](crate::simulate()).
     pub rtol: f64,
     /// As for [`simulate`](crate::simulate()).
-    pub atol: f64,
+    pub atol: Option<f64>,
     /// Threads.
     pub sweep: SweepOptions,
 }
@@ -43,6 +43,6 @@ impl Default for AttractorOptions {
 impl AttractorOptions {
     /// Those of a run of which so much is kept.
     pub(crate) fn run(&self, keep: Keep) -> SimulateOptions {
-        SimulateOptions::by(self.method, [self.rtol, self.atol], keep)
+        SimulateOptions::by(self.method, (self.rtol, self.atol), keep)
     }
 }

@@ -44,7 +44,7 @@ pub struct BasinOptions {
     /// As for [`simulate`](crate::simulate()).
     pub rtol: f64,
     /// As for [`simulate`](crate::simulate()).
-    pub atol: f64,
+    pub atol: Option<f64>,
     /// Threads.
     pub sweep: SweepOptions,
 }
@@ -127,7 +127,7 @@ pub fn basin_cells(
         let rule = "motions are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
-    let tolerances = [options.rtol, options.atol];
+    let tolerances = (options.rtol, options.atol);
     let run = SimulateOptions::by(options.method, tolerances, Keep::Final);
     run.check((0.0, 0.0))?;
     let phase = finite("phase", options.phase)?;

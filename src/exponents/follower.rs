@@ -83,7 +83,8 @@ impl<T: Tangents> Follower<T> {
             while let Some(impact) = impacts.next_if(|impact| impact.time <= start) {
                 self.struck.push(*impact);
             }
-            if segment.kind != SegmentKind::Chatter {
+            // Beside stops that are held so little is left of a chatter that it is a landing.
+            if segment.kind != SegmentKind::Chatter || segment.stops.len() > 1 {
                 self.pass_instant(start, &segment.stops)?;
                 let range = path.parts.arcs_of(k);
                 for arcs in T::spans(range) {

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::exponents::tangents::Tangents;
+use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
 use crate::flow::steps::Tolerance;
 use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
 use crate::model::Scene;
@@ -17,8 +18,21 @@ pub(crate) struct IntegratedTangents {
 }
 
 impl IntegratedTangents {
-    /// Those of a scene, to a tolerance.
-    pub fn new(scene: &Scene, tolerance: Tolerance) -> Self {
+    /// Those of a scene from a start, to the tolerances of the run.
+    pub fn new(
+        scene: &Scene,
+        tolerances: Tolerances,
+        (q0, v0): (&DVector<f64>, &DVector<f64>),
+    ) -> Self {
+        let usual = || {
+            let lengths = StepLengths::new(scene);
+            let shortest = lengths.shortest((q0.as_slice(), v0.as_slice()), Vec::new);
+            part_of(shortest.unwrap_or(0.0))
+        };
+        let tolerance = Tolerance {
+            relative: tolerances.relative,
+            absolute: tolerances.absolute.unwrap_or_else(usual),
+        };
         Self {
             maps: IntegratedMaps::new(scene, scene.phase()),
             tolerance,

@@ -36,7 +36,7 @@ pub struct LyapunovOptions {
     /// As for [`simulate`](crate::simulate()); deviations from a motion that is integrated have the same.
     pub rtol: f64,
     /// As for [`simulate`](crate::simulate()).
-    pub atol: f64,
+    pub atol: Option<f64>,
 }
 
 impl Default for LyapunovOptions {
@@ -132,7 +132,7 @@ pub fn lyapunov_exponents_observed(
     let n = scene.n_dof();
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
-    let tolerances = [options.rtol, options.atol];
+    let tolerances = (options.rtol, options.atol);
     let run = SimulateOptions::by(options.method, tolerances, Keep::Motion);
     run.check(t_span)?;
     scene.check_span(t_span)?;
@@ -204,7 +204,7 @@ impl RunVisitor for Exponents<'_> {
             let tangents = ModalTangents::new(&timed);
             return self.along(make(), evaluator, tangents, None);
         }
-        let tangents = IntegratedTangents::new(self.scene, self.options.tolerance());
+        let tangents = IntegratedTangents::new(self.scene, self.options.tolerances(), self.start);
         let whole = (self.t_span.1 - self.t_span.0) / PIECES;
         let every = self
             .scene

@@ -2,6 +2,7 @@
 
 pub(crate) mod block;
 mod carried;
+pub(crate) mod characteristic_length;
 mod constrained;
 mod constrained_dynamics;
 mod dense;

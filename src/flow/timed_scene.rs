@@ -2,6 +2,7 @@
 //! with stops held that its runs have needed.
 
 use crate::error::Result;
+use crate::flow::characteristic_length::CharacteristicLengths;
 use crate::flow::constrained::ConstrainedMotion;
 use crate::flow::derivative::LinearEquations;
 use crate::flow::modal_scene::ModalScene;
@@ -21,6 +22,7 @@ pub(crate) struct TimedScene {
     /// Motions with stops held, as runs have needed them.
     held: Mutex<Vec<Arc<ConstrainedMotion>>>,
     equations: OnceLock<LinearEquations>,
+    lengths: OnceLock<CharacteristicLengths>,
     /// The times at which a signal passes from one polynomial to the next.
     pub breaks: Vec<f64>,
     laws: Option<Arc<Laws>>,
@@ -37,6 +39,7 @@ impl TimedScene {
                 modal: Arc::new(modal),
                 held: Mutex::default(),
                 equations: OnceLock::new(),
+                lengths: OnceLock::new(),
                 laws: scene.laws().cloned(),
             })
         })
@@ -52,6 +55,11 @@ impl TimedScene {
     pub fn equations(&self) -> &LinearEquations {
         self.equations
             .get_or_init(|| LinearEquations::new(&self.modal.system, None))
+    }
+
+    /// How far its motion goes, as it says itself.
+    pub fn lengths(&self) -> &CharacteristicLengths {
+        (self.lengths).get_or_init(|| CharacteristicLengths::new(&self.modal))
     }
 
     /// The motion while some stops are held.

@@ -2,8 +2,9 @@
 //! What every [`HybridSystem`] must keep: one linear scene in closed form and integrated says the same of its gaps, contacts, forces and
 //! impacts, and comes to the same events.
 
+use crate::flow::characteristic_length::Tolerances;
 use crate::flow::steps::example::BogackiShampine;
-use crate::flow::steps::{Dop853, DormandPrince, Radau, Stepper, Tolerance};
+use crate::flow::steps::{Dop853, DormandPrince, Radau, Stepper};
 use crate::flow::{TimedScene, with_flow};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
@@ -18,9 +19,13 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
 
 const PHASE: f64 = 0.4;
-const TIGHT: Tolerance = Tolerance {
+const USUAL: Tolerances = Tolerances {
+    relative: 1e-9,
+    absolute: None,
+};
+const TIGHT: Tolerances = Tolerances {
     relative: 1e-12,
-    absolute: 1e-14,
+    absolute: Some(1e-14),
 };
 
 /// Two coupled masses under a force, a stop on either side of the first and one across both.
@@ -190,7 +195,7 @@ fn both_systems_keep_the_contract() {
     let scene = scene();
     let timed = TimedScene::of(&scene, "the test").expect("linear");
     let exact = with_flow!(&*timed.flow, f => {
-        facts_of_a_run(&mut ClosedForm::new(f, &timed, PHASE, Tolerance::USUAL))
+        facts_of_a_run(&mut ClosedForm::new(f, &timed, PHASE, USUAL))
     });
     for (name, found, allowed) in [
         ("rk45", integrated::<DormandPrince<[f64; 4]>>(&scene), 1e-7),

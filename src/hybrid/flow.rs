@@ -23,7 +23,7 @@ pub(crate) enum Arrival {
     Underflow,
 }
 
-/// What a flow counts.
+/// What a flow counts, and to which tolerance.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Counts {
     /// Evaluations of the right-hand side.
@@ -32,6 +32,8 @@ pub(crate) struct Counts {
     pub steps: usize,
     /// Evaluations of a gap with its derivatives.
     pub gap_evaluations: usize,
+    /// The smallest absolute tolerance of the run.
+    pub atol: f64,
 }
 
 /// What moves a hybrid system from event to event.

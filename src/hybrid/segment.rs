@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 pub enum SegmentKind {
     /// Free motion.
     Flight,
-    /// The end of an infinite sequence of impacts that accumulate at a finite time.
+    /// The end of an infinite sequence of impacts that accumulate at a finite time, on the first of the stops; others are held.
     Chatter,
     /// Lasting contact.
     Stick,
@@ -37,8 +37,7 @@ impl SegmentKind {
     pub(crate) fn can_have(self, stops: &[usize]) -> bool {
         let fits = match self {
             Self::Flight => stops.is_empty(),
-            Self::Chatter => stops.len() == 1,
-            Self::Stick => !stops.is_empty(),
+            Self::Chatter | Self::Stick => !stops.is_empty(),
         };
         fits && (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]))
     }

@@ -141,11 +141,11 @@ pub(crate) trait Impacts {
     }
     /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
     fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()>;
-    /// Completes the impacts on a stop that is about to be struck and that accumulate (theory 9): goes on over a span, that of
-    /// the infinite sequence or what is left of it, and to where the gap and its speed are zero.
+    /// Completes the impacts on the first of some stops, which is about to be struck, that accumulate (theory 9) while the others are
+    /// held: goes on over a span, that of the infinite sequence or what is left of it, and to where the gaps and their speeds are zero.
     fn complete_chatter(
         &mut self,
-        stop: usize,
+        stops: &[usize],
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()>;

@@ -97,6 +97,13 @@ impl GapMotion {
         self.amplitudes.iter().map(|a| a.norm()).sum()
     }
 
+    /// The largest that the motion is, at most.
+    pub fn reach(&self) -> f64 {
+        let signal = self.signal.as_ref();
+        let followed = signal.map_or(0.0, |(_, signal)| signal.largest()[0]);
+        self.mean.abs() + self.amplitude() + followed
+    }
+
     /// A bound on the size of its acceleration in a time after a moment.
     pub fn bend_bound(&self, at: Moment, span: f64) -> f64 {
         let turning = self.amplitudes.iter().zip(self.rotations.frequencies());

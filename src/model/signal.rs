@@ -250,7 +250,7 @@ impl Signal {
     }
 
     /// The sizes of the terms of value and slope, the largest of all pieces.
-    fn largest(&self) -> [f64; 2] {
+    pub(crate) fn largest(&self) -> [f64; 2] {
         let Pieces {
             breaks,
             degree,

@@ -45,8 +45,13 @@ impl<'a> Stretch<'a> {
         let Self {
             kind, start, end, ..
         } = self;
-        let row = move |(stop, impulse)| Segment {
-            kind,
+        // Beside impacts that accumulate on one stop, the first, others are held.
+        let kind_of = move |place: usize| match kind {
+            SegmentKind::Chatter if place > 0 => SegmentKind::Stick,
+            kind => kind,
+        };
+        let row = move |(place, (stop, impulse))| Segment {
+            kind: kind_of(place),
             stop,
             start,
             end,
@@ -55,6 +60,6 @@ impl<'a> Stretch<'a> {
         let free = self.stops.is_empty().then_some((None, 0.0));
         let each = self.stops.iter().zip(impulses);
         let each = each.map(|(&stop, &impulse)| (Some(stop), impulse));
-        free.into_iter().chain(each).map(row)
+        free.into_iter().chain(each).enumerate().map(row)
     }
 }

@@ -53,7 +53,7 @@ pub(crate) fn _settle_seeds<'py>(
     #[pyo3(from_py_with = argument::max_periods)] max_periods: i64,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
     ask: Option<Py<PyAny>>,

@@ -154,7 +154,7 @@ pub(crate) fn _bifurcation_diagram<'py>(
     #[pyo3(from_py_with = argument::carry)] carry: bool,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
     threads: Option<usize>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
     ask: Option<Py<PyAny>>,

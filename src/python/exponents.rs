@@ -36,7 +36,7 @@ pub(crate) fn _lyapunov_exponents<'py>(
     #[pyo3(from_py_with = argument::n_exponents)] n_exponents: Option<i64>,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<Exponents<'py>> {
     let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);

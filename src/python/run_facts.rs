@@ -9,19 +9,21 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-/// What a run did, counted.
+/// What a run did, counted, and its absolute tolerance.
 #[pyclass(name = "Stats", module = "vibroimpact", frozen)]
 pub(crate) struct PyStats(pub Stats);
 
 #[pymethods]
 impl PyStats {
     #[new]
+    #[pyo3(signature = (n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts, atol=f64::NAN))]
     fn new(
         n_rhs: &Bound<'_, PyAny>,
         n_steps: &Bound<'_, PyAny>,
         n_gap_evaluations: &Bound<'_, PyAny>,
         n_flights: &Bound<'_, PyAny>,
         n_impacts: &Bound<'_, PyAny>,
+        atol: f64,
     ) -> PyResult<Self> {
         Ok(Self(Stats {
             n_rhs: argument::saved("n_rhs", n_rhs)?,
@@ -29,10 +31,11 @@ impl PyStats {
             n_gap_evaluations: argument::saved("n_gap_evaluations", n_gap_evaluations)?,
             n_flights: argument::saved("n_flights", n_flights)?,
             n_impacts: argument::saved("n_impacts", n_impacts)?,
+            atol,
         }))
     }
 
-    fn __getnewargs__(&self) -> (usize, usize, usize, usize, usize) {
+    fn __getnewargs__(&self) -> (usize, usize, usize, usize, usize, f64) {
         let s = self.0;
         (
             s.n_rhs,
@@ -40,6 +43,7 @@ impl PyStats {
             s.n_gap_evaluations,
             s.n_flights,
             s.n_impacts,
+            s.atol,
         )
     }
 
@@ -73,11 +77,18 @@ impl PyStats {
         self.0.n_impacts
     }
 
+    /// Absolute tolerance that the run had [length]: the smallest of its gaps, and of its coordinates where steps were taken; under ramps the smallest
+    /// of all parts. Zero where nothing has one, nan of a file that does not know.
+    #[getter]
+    fn atol(&self) -> f64 {
+        self.0.atol
+    }
+
     fn __repr__(&self) -> String {
         let s = self.0;
         format!(
-            "Stats(n_rhs={}, n_steps={}, n_gap_evaluations={}, n_flights={}, n_impacts={})",
-            s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts
+            "Stats(n_rhs={}, n_steps={}, n_gap_evaluations={}, n_flights={}, n_impacts={}, atol={:e})",
+            s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts, s.atol
         )
     }
 }

@@ -72,11 +72,17 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 ///     and Prince; "dop853", their method of order 8; "radau", the implicit Radau IIA method of order 5, for stiff motions.
 ///     "auto": exact or taylor where the scene allows it; else dop853 for rtol below 1e-7 and rk45 above, and radau from the
 ///     step on at which the motion is found stiff, as ``message`` says. Any letter case.
-/// rtol, atol : float, default 1e-9, 1e-12
-///     Relative and absolute tolerance of each step of an integration; exact flights have no such error. With every method
-///     they say when impacts that accumulate are completed, and set the margin of a start, ``10 (atol |n|_1 + rtol * size)``:
-///     one that lies inside a stop by no more is moved onto it, in contact. The margin of exact flights is narrowed by tolerances
-///     stricter than the default, but not widened by looser ones.
+/// rtol : float, default 1e-9
+///     Relative tolerance [-] of each step of an integration; exact flights have no such error. With every method it says, with
+///     ``atol``, when impacts that accumulate are completed, and how deep inside a stop a start may lie: one that lies inside by no more than
+///     ``10 (atol |n|_1 + rtol * size)`` is moved onto it, in contact. That margin of exact flights is narrowed by tolerances stricter
+///     than 1e-9 and 1e-12, but not widened by looser ones.
+/// atol : float, optional
+///     Absolute tolerance [units of the coordinates]. By default 1e-12 of how far the motion goes, so that a scene in other units of
+///     length moves alike: of each gap 1e-12 times the largest of ``|clearance|``, the motion of the stop, the terms of ``n.q`` at
+///     the start and in the steady response of a linear scene (without its resonances), and those of ``n.v`` at the start times the
+///     time of a turn (a period of the forcing or one over the fastest rate, whichever is shorter); where steps are taken one number,
+///     of the smallest of the coordinates and their speeds; 1e-12 where all are zero. ``stats.atol`` has the smallest that was used.
 /// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
@@ -152,7 +158,7 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// >>> {name: own.round(9).tolist() for name, own in run.derivatives.items()}
 /// {'clearance': [1.5, 0.0], 'restitution': [-3.0, -2.0]}
 #[pyfunction]
-#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=1e-12, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false))]
+#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=None, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false))]
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,
@@ -162,7 +168,7 @@ pub(crate) fn simulate(
     t_span: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
     t_eval: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,

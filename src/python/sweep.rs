@@ -256,7 +256,7 @@ pub(crate) fn _simulate_rows<'py>(
     t_span: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
     t_eval: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = argument::keep)] keep: &str,
     #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,

@@ -621,6 +621,7 @@ impl PyTrajectory {
         numbers.set_item("status", saved.status)?;
         numbers.set_item("message", saved.message)?;
         numbers.set_item("stats", saved.stats)?;
+        numbers.set_item("atol", saved.atol)?;
         numbers.set_item("impacts", saved.impacts)?;
         numbers.set_item("grazes", saved.grazes)?;
         numbers.set_item("last", saved.last)?;
@@ -713,6 +714,10 @@ pub(crate) fn _restore_trajectory(
         status: get(saved, "status")?,
         message: get(saved, "message")?,
         stats: get(saved, "stats")?,
+        atol: match saved.get_item("atol")? {
+            Some(atol) => argument::saved("atol", &atol)?,
+            None => f64::NAN,
+        },
         impacts: get(saved, "impacts")?,
         grazes: get(saved, "grazes")?,
         last: get(saved, "last")?,

@@ -30,7 +30,7 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Event
         while let Some(impact) = rest.next_if(|impact| impact.time <= part.start) {
             all.push(event(impact));
         }
-        for &stop in part.stops {
+        if let Some(&stop) = part.stops.first() {
             let mut last = 0.0;
             while let Some(before) = all.pop_if(|e| e.stop == stop && e.speed_before > last) {
                 last = before.speed_before;

@@ -59,7 +59,7 @@ pub(crate) fn visit_runs<V: RunVisitor>(
             };
             let (phase, n_dof) = (scene.phase(), scene.n_dof());
             with_flow!(&*timed.flow, flow => {
-                let flow = || ClosedForm::new(flow, &timed, phase, options.tolerance());
+                let flow = || ClosedForm::new(flow, &timed, phase, options.tolerances());
                 visitor.visit(|| Run::new(flow(), options, n_dof), evaluator)
             })
         }
@@ -92,7 +92,7 @@ fn along_series<S: State, D: Dynamics + Sync, V: RunVisitor>(
 ) -> Result<V::Output> {
     let make = || {
         let free = Taylor::new(links.clone(), scene, options.rtol);
-        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerance(), free);
+        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerances(), free);
         Run::new(flow, options, scene.n_dof())
     };
     let order = series_order(options.rtol);
@@ -150,7 +150,7 @@ fn stepped<S: State, P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
 ) -> Result<V::Output> {
     let make = || {
         let free = InSteps::<P::Choice, P::Of<S>>::new(choice);
-        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerance(), free);
+        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerances(), free);
         Run::new(flow, options, scene.n_dof())
     };
     let degree = <P::Of<S> as Stepper<S>>::Dense::DEGREE;

@@ -69,6 +69,8 @@ pub(crate) struct EventLoop {
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
     /// terms are smaller, and their rounding is not.
     jolted: Vec<f64>,
+    /// The impulses of the impacts of this instant, with their stops.
+    impulses: Vec<(usize, f64)>,
     /// Instants at which only impacts without restitution came to an end.
     n_inelastic: usize,
     /// The stop struck last, and how fast.
@@ -142,6 +144,7 @@ impl EventLoop {
         self.still.clear();
         self.jolted.clear();
         self.jolted.resize(n_stops, 0.0);
+        self.impulses.clear();
         self.n_inelastic = 0;
         self.last_impact = None;
         self.approaches.clear();
@@ -363,6 +366,7 @@ impl EventLoop {
     ) -> Resolved {
         self.touching.clear();
         self.still.clear();
+        self.impulses.clear();
         let arrived = system.gap(reached);
         // How many roundings may be left of the gap that was reached, and of others at that instant.
         let most_left = (arrived.gap / system.rounding(reached)).clamp(1.0, MOST_LEFT);
@@ -395,7 +399,7 @@ impl EventLoop {
             return self.accumulate(system, reached, t_end, record);
         }
         if self.are_spent(system)? {
-            return self.come_to_rest(system, record);
+            return self.come_to_rest(system, t_end, record);
         }
         self.note_return(system, reached);
         self.resolve_contacts(system, record)
@@ -430,7 +434,7 @@ impl EventLoop {
         let now = system.clock();
         let left = now.until(now.at(t_end)).max(0.0);
         let span = chatter_at(system, stop).span().min(left);
-        system.complete_chatter(stop, span, record)?;
+        system.complete_chatter(&[stop], span, record)?;
         self.last_impact = None;
         self.still.clear();
         self.still.push(stop);
@@ -463,19 +467,8 @@ impl EventLoop {
         if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
             return Ok(false);
         }
-        // Whether every other stop stays open, whatever the impulses, and what is left of the gap, do to it.
-        for stop in (0..system.n_stops()).filter(|&stop| stop != reached) {
-            let other = system.gap(stop);
-            let coupling = system.delassus(&[reached, stop])?;
-            let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
-            let drift = other.speed.min(0.0) + chatter.kick(share);
-            let bend =
-                0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
-            if other.gap + span * (drift + bend) - CHATTER_SAFETY * share * residual <= 0.0 {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+        let others = (0..system.n_stops()).filter(|&stop| stop != reached);
+        stay_open(system, (reached, chatter), others)
     }
 }
 
@@ -487,6 +480,25 @@ fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChat
         speed: state.speed,
         acceleration: state.acceleration,
     }
+}
+
+/// Whether other stops stay open while impacts on one accumulate, whatever their impulses, and what is left of the gap, do to them.
+fn stay_open<Y: HybridSystem + ?Sized>(
+    system: &Y,
+    (reached, chatter): (usize, CompleteChatter),
+    mut others: impl Iterator<Item = usize>,
+) -> Result<bool> {
+    let span = chatter.span();
+    let stays = |stop: usize| -> Result<bool> {
+        let other = system.gap(stop);
+        let coupling = system.delassus(&[reached, stop])?;
+        let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
+        let drift = other.speed.min(0.0) + chatter.kick(share);
+        let bend =
+            0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
+        Ok(other.gap + span * (drift + bend) - CHATTER_SAFETY * share * chatter.residual() > 0.0)
+    };
+    others.try_fold(true, |all, stop| Ok(all && stays(stop)?))
 }
 
 /// Whether a gap of some rounding is closed at the end of a flight of some time.

@@ -1,6 +1,7 @@
 //! What is asked of a simulation beside the scene and the start, and what it counts.
 
 use crate::error::{Error, Result};
+use crate::flow::characteristic_length::Tolerances;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::Counts;
 use crate::model::{Ramp, Scene};
@@ -26,8 +27,11 @@ pub struct SimulateOptions {
     /// Relative tolerance, default 1e-9, of each step of an integration. With every method it says when impacts that accumulate are
     /// completed, and how deep inside a stop a start may lie; in exact flights the latter where it is stricter than the default.
     pub rtol: f64,
-    /// Absolute tolerance, default 1e-12; as `rtol`.
-    pub atol: f64,
+    /// Absolute tolerance, as `rtol`. Default: 1e-12 of how far the motion goes, of each gap by itself: of the largest of its
+    /// clearance, the motion of its stop, the terms of `n.q` at the start and in the steady response of a linear scene, and of
+    /// `n.v` at the start times the time of a turn; where steps are taken the smallest of those of gaps and coordinates; 1e-12
+    /// where all are zero. A number is absolute, in the units of the coordinates. [`Stats::atol`] has the one that was used.
+    pub atol: Option<f64>,
     /// Times at which the motion is wanted, ascending and inside the span.
     pub t_eval: Option<Vec<f64>>,
     /// What is kept.
@@ -43,7 +47,7 @@ impl Default for SimulateOptions {
         Self {
             method: Method::Auto,
             rtol: Tolerance::USUAL.relative,
-            atol: Tolerance::USUAL.absolute,
+            atol: None,
             t_eval: None,
             keep: Keep::Motion,
             max_impacts: None,
@@ -54,7 +58,7 @@ impl Default for SimulateOptions {
 
 impl SimulateOptions {
     /// Those of a run by a method, with its relative and its absolute tolerance, of which so much is kept.
-    pub(crate) fn by(method: Method, [rtol, atol]: [f64; 2], keep: Keep) -> Self {
+    pub(crate) fn by(method: Method, (rtol, atol): (f64, Option<f64>), keep: Keep) -> Self {
         Self {
             method,
             rtol,
@@ -65,8 +69,8 @@ impl SimulateOptions {
     }
 
     /// The tolerances.
-    pub(crate) fn tolerance(&self) -> Tolerance {
-        Tolerance {
+    pub(crate) fn tolerances(&self) -> Tolerances {
+        Tolerances {
             relative: self.rtol,
             absolute: self.atol,
         }
@@ -105,7 +109,8 @@ impl SimulateOptions {
                 "it must be finite with start <= end",
             ));
         }
-        for (name, value) in [("rtol", self.rtol), ("atol", self.atol)] {
+        let given = [("rtol", Some(self.rtol)), ("atol", self.atol)];
+        for (name, value) in given.iter().filter_map(|(name, x)| Some((*name, (*x)?))) {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(Error::bad_value(
                     name,
@@ -182,7 +187,7 @@ impl Status {
 }
 
 /// What a run did, counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stats {
     /// Evaluations of the right-hand side; none in exact flights.
     pub n_rhs: usize,
@@ -194,6 +199,9 @@ pub struct Stats {
     pub n_flights: usize,
     /// Impacts.
     pub n_impacts: usize,
+    /// The absolute tolerance that the run had, the smallest of its gaps, and of its coordinates where steps were taken; the smallest of all
+    /// parts of a run under ramps. Zero where there is nothing that has one, NaN of a file that does not know.
+    pub atol: f64,
 }
 
 impl Stats {
@@ -205,6 +213,11 @@ impl Stats {
             n_gap_evaluations: self.n_gap_evaluations + other.n_gap_evaluations,
             n_flights: self.n_flights + other.n_flights,
             n_impacts: self.n_impacts + other.n_impacts,
+            atol: if self.atol > 0.0 {
+                self.atol.min(other.atol)
+            } else {
+                other.atol
+            },
         }
     }
 
@@ -214,6 +227,7 @@ impl Stats {
             n_rhs: counts.rhs,
             n_steps: counts.steps,
             n_gap_evaluations: counts.gap_evaluations,
+            atol: counts.atol,
             ..self
         }
     }

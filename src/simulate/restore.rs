@@ -34,6 +34,7 @@ impl Trajectory {
                 s.n_flights,
                 s.n_impacts,
             ],
+            atol: s.atol,
             impacts: self
                 .impacts
                 .iter()
@@ -144,6 +145,7 @@ impl Trajectory {
                 n_gap_evaluations,
                 n_flights,
                 n_impacts,
+                atol: saved.atol,
             },
         })
     }

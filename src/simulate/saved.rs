@@ -14,6 +14,8 @@ pub struct SavedTrajectory {
     pub message: String,
     /// The five counts of [`Stats`](crate::Stats).
     pub stats: [usize; 5],
+    /// The absolute tolerance of the run, NaN of what was saved without it.
+    pub atol: f64,
     /// Time, stop, speed before, speed after, impulse and forcing phase of each impact.
     pub impacts: Vec<(f64, usize, f64, f64, f64, f64)>,
     /// Time, stop and depth of each graze.

@@ -31,7 +31,7 @@ use std::sync::Arc;
 ///
 /// A stop that the computed motion passes by more than the rounding of the gap is hit, however slowly; a minimum within that is
 /// a graze, listed and no impact, and so is a gap that stays within it. Tolerances have a say at the start alone: a gap within
-/// the margin `10 (atol |n|_1 + rtol * size)` below zero is closed, and the start is moved onto its stop. Exact flights have
+/// the margin `10 (atol |n|_1 + rtol * size)` (of an `atol` that is not given 1e-11 of the gap's length) below zero is closed, and the start is moved onto its stop. Exact flights have
 /// errors of rounding alone: tolerances looser than the default do not widen their margin.
 ///
 /// # Errors

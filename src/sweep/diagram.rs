@@ -54,7 +54,7 @@ pub struct DiagramOptions {
     /// As for [`simulate`](crate::simulate()).
     pub rtol: f64,
     /// As for [`simulate`](crate::simulate()).
-    pub atol: f64,
+    pub atol: Option<f64>,
     /// Threads: for both directions side by side, without `carry` for all values.
     pub sweep: SweepOptions,
 }
@@ -251,7 +251,7 @@ fn along<'s>(
 }
 
 fn run_options(options: &DiagramOptions) -> SimulateOptions {
-    SimulateOptions::by(options.method, [options.rtol, options.atol], Keep::Final)
+    SimulateOptions::by(options.method, (options.rtol, options.atol), Keep::Final)
 }
 
 /// What a motion from a state settles on.

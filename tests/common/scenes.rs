@@ -87,7 +87,7 @@ pub fn with(method: Method, rtol: f64) -> SimulateOptions {
     SimulateOptions {
         method,
         rtol,
-        atol: rtol / 1e3,
+        atol: Some(rtol / 1e3),
         ..Default::default()
     }
 }

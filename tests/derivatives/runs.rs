@@ -15,7 +15,7 @@ use vibroimpact::{
 fn run_of(scene: &Scene, q: &DVector<f64>, v: &DVector<f64>, end: f64) -> Trajectory {
     let options = SimulateOptions {
         rtol: 1e-12,
-        atol: 1e-14,
+        atol: Some(1e-14),
         ..SimulateOptions::default()
     };
     simulate(scene, q, v, (0.0, end), &options).expect("a run")

@@ -95,7 +95,7 @@ fn run(case: &Case, keep: Keep, n_impacts: usize) -> (Trajectory, usize) {
     let options = SimulateOptions {
         method: case.method,
         rtol: 1e-5,
-        atol: 1e-8,
+        atol: Some(1e-8),
         keep,
         max_impacts: Some(n_impacts),
         ..Default::default()
@@ -166,7 +166,7 @@ fn an_ensemble_takes_a_row_for_each_trajectory() {
         let options = SimulateOptions {
             method: case.method,
             rtol: 1e-5,
-            atol: 1e-8,
+            atol: Some(1e-8),
             keep: Keep::Final,
             ..Default::default()
         };

@@ -223,7 +223,7 @@ impl Case {
         SimulateOptions {
             method: self.method,
             rtol: self.rtol,
-            atol: self.atol,
+            atol: Some(self.atol),
             max_impacts: Some(MOST_IMPACTS),
             ..Default::default()
         }
@@ -281,7 +281,7 @@ impl Case {
             text += ",\n";
         }
         text += &format!(
-            "];\nlet scene = Scene::new(system, force, stops)?;\nlet options = SimulateOptions {{ method: Method::{:?}, rtol: {:e}, atol: {:e}, ..Default::default() }};\nlet run = simulate(&scene, &{}, &{}, {:?}, &options)?;\n",
+            "];\nlet scene = Scene::new(system, force, stops)?;\nlet options = SimulateOptions {{ method: Method::{:?}, rtol: {:e}, atol: Some({:e}), ..Default::default() }};\nlet run = simulate(&scene, &{}, &{}, {:?}, &options)?;\n",
             self.method,
             self.rtol,
             self.atol,

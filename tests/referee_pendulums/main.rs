@@ -36,7 +36,7 @@ fn pendulums_move_as_the_referee_says() {
         let options = SimulateOptions {
             method: case.method,
             rtol: case.rtol,
-            atol: 1e-2 * case.rtol,
+            atol: Some(1e-2 * case.rtol),
             // What is pressed onto an elastic face bounces lower and lower without end.
             max_impacts: Some(10_000),
             ..Default::default()

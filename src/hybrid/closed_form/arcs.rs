@@ -133,16 +133,17 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         }
     }
 
-    /// Records the rest of impacts on a stop that accumulate, over a span: the motion along it, with position and velocity where it
-    /// begins. Of the normal speed none is left, and in the sum the impulses give what the force of lasting contact gives.
+    /// Records the rest of impacts on the first of some stops that accumulate, while the others are held, over a span: the motion along
+    /// all, with position and velocity where it begins. Of the normal speed none is left, and in the sum the impulses give what the
+    /// force of lasting contact gives.
     pub(super) fn record_rest(
         &mut self,
-        stop: usize,
+        stops: &[usize],
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<(Arc<ConstrainedMotion>, PhysicalState)> {
-        let motion = self.motion_of(&[stop])?;
-        let (q, v) = self.settled(&[stop])?;
+        let motion = self.motion_of(stops)?;
+        let (q, v) = self.settled(stops)?;
         if recorder.wanted().arcs {
             let mut arc = ConstrainedArc {
                 motion: &motion,

@@ -6,6 +6,7 @@ use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::contact::walk::STEPS_PER_LOOK;
 use crate::error::Result;
+use crate::flow::characteristic_length::{Tolerances, part_of};
 use crate::flow::steps::Tolerance;
 use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, TimedScene, along};
 use crate::hybrid::clock::Clock;
@@ -27,19 +28,6 @@ use nalgebra::{DMatrix, DVector};
 use std::cell::{Cell, OnceCell};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// What a tolerance allows as an error of a gap: `absolute + relative * size of the gap's terms`.
-#[derive(Debug, Clone, Copy)]
-struct Margin {
-    absolute: f64,
-    relative: f64,
-}
-
-impl Margin {
-    fn of(self, size: f64) -> f64 {
-        self.absolute + self.relative * size
-    }
-}
 
 /// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
 const ORDERS_OF_INPUT: usize = 4;
@@ -67,10 +55,9 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazed: Vec<Grazed>,
     pub(super) looks: FreeLooks<F>,
-    /// How deep in each stop a start may lie: ten times the tolerances, at most the usual ones.
-    margins: Vec<Margin>,
-    /// What the tolerances allow as an error of each gap.
-    allowed: Vec<Margin>,
+    tolerances: Tolerances,
+    /// What the tolerances allow as an absolute error of each gap.
+    allowed: Vec<f64>,
     /// The motions while stops are held, made when first needed.
     pub(super) held: Vec<Arc<ConstrainedMotion>>,
     /// The one that holds now.
@@ -79,24 +66,13 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
 
 impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     /// A scene by the clock along its flow; `phase` is the forcing phase at time zero.
-    pub fn new(flow: &'a F, timed: &'a TimedScene, phase: f64, tolerance: Tolerance) -> Self {
+    pub fn new(flow: &'a F, timed: &'a TimedScene, phase: f64, tolerances: Tolerances) -> Self {
         let scene = &*timed.modal;
         let g = &scene.geometry;
         let stops = 0..scene.n_stops();
         let gaps = stops
             .clone()
             .map(|i| flow.gap_row(&scene.gap(i)).known_to(scene.form.rounding()));
-        // An exact flight has errors of rounding alone: a start farther inside a stop than usual is none of its making.
-        let rtol = tolerance.relative.min(Tolerance::USUAL.relative);
-        let atol = tolerance.absolute.min(Tolerance::USUAL.absolute);
-        let widths = |atol: f64, rtol: f64| -> Vec<Margin> {
-            let width = |i: usize| Margin {
-                absolute: atol * g.normals.column(i).lp_norm(1),
-                relative: rtol,
-            };
-            stops.clone().map(width).collect()
-        };
-        let margins = widths(10.0 * atol, 10.0 * rtol.max(GAP_ROUNDING));
         let rebound =
             |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
         Self {
@@ -105,8 +81,8 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             scene,
             phase,
             search: ContactSearch::new(flow, gaps.collect()),
-            margins,
-            allowed: widths(tolerance.absolute, tolerance.relative.max(GAP_ROUNDING)),
+            tolerances,
+            allowed: vec![0.0; scene.n_stops()],
             held: Vec::new(),
             holding: None,
             velocity_rows: scene
@@ -137,6 +113,25 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         let modal_state = self.scene.form.to_modal(q.as_slice(), v.as_slice());
         let at = self.moment();
         (self.flow).state_from_modal(&modal_state, at, &mut self.state);
+    }
+
+    /// What the tolerances allow as an absolute error of a gap, of a motion from a start.
+    fn absolute_tolerance(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> f64 {
+        let normal = self.scene.geometry.normals.column(stop);
+        if let Some(given) = self.tolerances.absolute {
+            return given * normal.lp_norm(1);
+        }
+        let size = |x: &DVector<f64>| -> f64 {
+            let terms = normal.iter().zip(x.iter());
+            terms.map(|(n, x)| (n * x).abs()).sum()
+        };
+        let (lengths, speed) = (self.timed.lengths(), size(v));
+        let acceleration = || {
+            let force = self.scene.excitation.force(self.moment(), q.len());
+            size(&self.scene.system.acceleration(q, v, &force))
+        };
+        let way = lengths.rate.way(speed, acceleration);
+        part_of(lengths.gaps[stop].max(size(q)).max(way))
     }
 
     /// Puts the present state at a position and velocity, a time later.
@@ -256,12 +251,21 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
         larger(self.search.rounding(stop), placed)
     }
 
+    /// Ten times the tolerances, at most the usual ones: an exact flight has errors of rounding alone, and a start farther inside a stop
+    /// than usual is none of its making.
     fn margin(&self, stop: usize, size: f64) -> f64 {
-        self.margins[stop].of(size)
+        let usual =
+            || Tolerance::USUAL.absolute * self.scene.geometry.normals.column(stop).lp_norm(1);
+        let absolute = match self.tolerances.absolute {
+            Some(_) => self.allowed[stop].min(usual()),
+            None => self.allowed[stop],
+        };
+        let relative = self.tolerances.relative.min(Tolerance::USUAL.relative);
+        10.0 * (absolute + relative.max(GAP_ROUNDING) * size)
     }
 
     fn tolerance(&self, stop: usize, size: f64) -> f64 {
-        self.allowed[stop].of(size)
+        self.allowed[stop] + self.tolerances.relative.max(GAP_ROUNDING) * size
     }
 
     fn flight_sizes(&self, stop: usize) -> GapSizes {
@@ -438,18 +442,18 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
 
     fn complete_chatter(
         &mut self,
-        stop: usize,
+        stops: &[usize],
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        let (motion, (q, v)) = self.record_rest(stop, span, recorder)?;
+        let (motion, (q, v)) = self.record_rest(stops, span, recorder)?;
         let (q, v) = motion.propagate(self.moment(), span, &q, &v);
         self.put((&q, &v), span);
         self.evaluate_gaps()
     }
 
     fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
-        self.record_rest(stop, 0.0, recorder).map(|_| ())
+        self.record_rest(&[stop], 0.0, recorder).map(|_| ())
     }
 }
 
@@ -496,6 +500,9 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.placed.clear();
         self.clock = self.clock.at(t);
         self.set(q, v);
+        for stop in 0..self.allowed.len() {
+            self.allowed[stop] = self.absolute_tolerance(stop, q, v);
+        }
     }
 
     fn advance_to_event(
@@ -554,6 +561,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
     fn counts(&self) -> Counts {
         Counts {
             gap_evaluations: self.search.n_gap_evaluations,
+            atol: self.allowed.iter().copied().reduce(f64::min).unwrap_or(0.0),
             ..Counts::default()
         }
     }

@@ -4,7 +4,8 @@ use super::free::FreeFlight;
 use super::scene::Integrated;
 use crate::error::Result;
 use crate::flow::ConstrainedMotion;
-use crate::flow::steps::{State, Tolerance};
+use crate::flow::characteristic_length::Tolerances;
+use crate::flow::steps::State;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
@@ -23,8 +24,8 @@ pub(crate) struct IntegratedFlow<'a, S: State, D: Dynamics, F: FreeFlight<S, D>>
 
 impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> IntegratedFlow<'a, S, D, F> {
     /// A scene along its equations of motion.
-    pub fn new(dynamics: &'a D, scene: &'a Scene, tolerance: Tolerance, free: F) -> Self {
-        let system = Integrated::new(dynamics, scene, tolerance, free.choice());
+    pub fn new(dynamics: &'a D, scene: &'a Scene, tolerances: Tolerances, free: F) -> Self {
+        let system = Integrated::new(dynamics, scene, tolerances, free.choice());
         Self { free, system }
     }
 }

@@ -1,6 +1,7 @@
 //! A scene that is integrated, where it is now.
 
 use crate::error::{Error, Result};
+use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
@@ -44,6 +45,8 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     /// The times at which a signal passes from one polynomial to the next.
     pub(super) breaks: Vec<f64>,
     pub(super) tolerance: Tolerance,
+    /// Of what the absolute tolerance is a part; none where it is given.
+    lengths: Option<StepLengths>,
     /// What was chosen of the method.
     choice: P::Choice,
     pub(super) stepper: P,
@@ -79,7 +82,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     pub(super) fn new(
         dynamics: &'a D,
         scene: &'a Scene,
-        tolerance: Tolerance,
+        tolerances: Tolerances,
         choice: P::Choice,
     ) -> Self {
         let n = dynamics.n_dof();
@@ -89,8 +92,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
         let tolerance = Tolerance {
             // Below this the rounding of a step exceeds its tolerance.
-            relative: tolerance.relative.max(4.0 * f64::EPSILON),
-            absolute: tolerance.absolute.max(f64::MIN_POSITIVE),
+            relative: tolerances.relative.max(4.0 * f64::EPSILON),
+            absolute: tolerances.absolute.unwrap_or(0.0).max(f64::MIN_POSITIVE),
         };
         Self {
             dynamics,
@@ -107,6 +110,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             breaks: excitation.breaks(),
             excitation,
             tolerance,
+            lengths: (tolerances.absolute.is_none()).then(|| StepLengths::new(scene)),
             choice,
             stepper: P::new(n, tolerance, choice),
             controller: Controller::default(),
@@ -273,10 +277,37 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.clock = self.clock.at(t);
         self.began = self.clock;
         self.controller = Controller::default();
+        if let Some(lengths) = &self.lengths {
+            self.tolerance.absolute = part_of(self.shortest(lengths)).max(f64::MIN_POSITIVE);
+        }
         self.stepper = P::new(self.n(), self.tolerance, self.choice);
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
+    }
+
+    /// The length of which the absolute tolerance is a part: the shortest of the coordinates from where the motion is, or where it is and
+    /// stays at zero of the gaps, in units of the coordinates; zero where there is none.
+    fn shortest(&self, lengths: &StepLengths) -> f64 {
+        let (q, v) = self.x.slice().split_at(self.n());
+        // Functions that report errors do so again as the run begins.
+        let acceleration = || {
+            let mut a = vec![0.0; q.len()];
+            let is_known = self
+                .dynamics
+                .acceleration(self.moment(), q, v, &mut a)
+                .is_ok();
+            if is_known { a } else { Vec::new() }
+        };
+        let of_gap = |contact: &Contact| {
+            let value = contact.surface.along(q, v, v, 0.0).ok()?;
+            let moved = contact.motion.as_ref().map_or(0.0, GapMotion::reach);
+            let length = value.size.max(moved) / value.steepness;
+            (length > 0.0).then_some(length)
+        };
+        let coordinates = lengths.shortest((q, v), acceleration);
+        let gaps = || self.contacts.iter().filter_map(of_gap).reduce(f64::min);
+        coordinates.or_else(gaps).unwrap_or(0.0)
     }
 
     /// Whether no stop is held.
@@ -307,6 +338,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Counts {
             rhs: self.stepper.n_rhs() + self.n_series,
             steps: self.n_steps,
+            atol: self.tolerance.absolute,
             gap_evaluations: self.n_gap_evaluations,
         }
     }

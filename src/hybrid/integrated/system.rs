@@ -242,11 +242,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
 
     fn complete_chatter(
         &mut self,
-        stop: usize,
+        stops: &[usize],
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        self.complete(stop, span, recorder)
+        self.complete(stops, span, recorder)
     }
 
     fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {

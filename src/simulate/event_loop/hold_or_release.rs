@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
 
-use crate::tolerance::{DEPENDENT, FACING, GAP_ROUNDING, RELEASED, TIME_ROUNDING};
+use crate::tolerance::{DEPENDENT, FACING, GAP_ROUNDING, IMPACT_ROUNDING, RELEASED, TIME_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
 
@@ -71,6 +71,7 @@ impl EventLoop {
         stop: usize,
     ) -> Resolved {
         let now = system.clock().time();
+        self.impulses.clear();
         self.let_go.note(now, stop);
         // What stood still where the flight began moves now.
         if !self.departed_at(now) {
@@ -270,6 +271,11 @@ impl EventLoop {
             let Some(mut derivatives) = known.pop_front() else {
                 break;
             };
+            let by_impacts =
+                self.unknown_by_impacts(system, resting, (&held, &undecided), order)?;
+            for (derivative, unknown) in derivatives.iter_mut().zip(by_impacts) {
+                derivative[1] = derivative[1].max(unknown);
+            }
             if order == 2 {
                 let unknown = self.unknown_beside(system, resting, &held, &undecided)?;
                 for (derivative, unknown) in derivatives.iter_mut().zip(unknown) {
@@ -392,6 +398,37 @@ impl EventLoop {
             self.acceleration_unknown(system, (stops[k], jerk(k)), size)
         };
         Ok(contacts.iter().enumerate().map(unknown).collect())
+    }
+
+    /// What the rounding of impacts, and of their time, leaves unknown of a derivative of gaps behind them: parts of the same derivative
+    /// before them and of the next one there. Nothing where there were none.
+    fn unknown_by_impacts<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &mut Y,
+        resting: &Resting<'_>,
+        (held, contacts): (&[usize], &[usize]),
+        order: usize,
+    ) -> Result<Vec<f64>> {
+        if self.impulses.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
+        for &(stop, impulse) in &self.impulses {
+            system.push(stop, -impulse)?;
+        }
+        let before = system.gap_derivatives(&stops, &held, order..order + 2)?;
+        for &(stop, impulse) in &self.impulses {
+            system.push(stop, impulse)?;
+        }
+        system.evaluate_gaps()?;
+        let parts = [IMPACT_ROUNDING, TIME_ROUNDING * self.flight_time(system)];
+        let mut unknown = vec![0.0; stops.len()];
+        for (part, values) in parts.into_iter().zip(before) {
+            for (unknown, [value, _]) in unknown.iter_mut().zip(values) {
+                *unknown += part * value.abs();
+            }
+        }
+        Ok(unknown)
     }
 
     /// What rounding, that of the time since the last event too, leaves unknown of the acceleration of a gap of some third derivative

@@ -1,11 +1,11 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9); when impacts on several stops come to
 //! rest.
 
-use super::{EventLoop, Resolved, Unresolved, least_speed};
+use super::{EventLoop, Resolved, Unresolved, least_speed, stay_open};
 
 use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem, NormalImpact};
-use crate::impact::{Impact, resolve_impacts};
+use crate::impact::{CompleteChatter, Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::options::Keep;
@@ -136,16 +136,24 @@ impl EventLoop {
     }
 
     /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
-    /// away. The rest of the sequence takes no time that the motion would notice.
+    /// away. The rest of a sequence on one stop beside others that are held takes the time that it takes there; that of impacts on
+    /// several stops, whose order nobody knows, none.
     #[cold]
     pub(super) fn come_to_rest<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
+        t_end: f64,
         record: &mut Record,
     ) -> Resolved {
-        for k in 0..self.touching.len() {
-            let stop = self.touching[k];
-            if self.closes(system, stop) {
+        let struck: Vec<usize> = self
+            .touching
+            .iter()
+            .copied()
+            .filter(|&stop| self.closes(system, stop))
+            .collect();
+        let lasting = self.lasting_rest(system, &struck)?;
+        if lasting.is_none() {
+            for &stop in &struck {
                 system.record_chatter(stop, record)?;
             }
         }
@@ -169,7 +177,50 @@ impl EventLoop {
                 self.still.push(stop);
             }
         }
+        if let Some(span) = lasting {
+            let now = system.clock();
+            let left = now.until(now.at(t_end)).max(0.0);
+            let beside = self.touching.iter().filter(|&stop| !struck.contains(stop));
+            let all: Vec<usize> = struck.iter().chain(beside).copied().collect();
+            system.complete_chatter(&all, span.min(left), record)?;
+        }
         self.settle(system)
+    }
+
+    /// The time that the rest of impacts takes on the one stop that is struck, where all others in contact are held and stay so, and
+    /// what is open stays open: they are those of a single stop, drawn to it by what the others leave of its acceleration.
+    fn lasting_rest<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        struck: &[usize],
+    ) -> Result<Option<f64>> {
+        let &[stop] = struck else {
+            return Ok(None);
+        };
+        let are_held = |other: &usize| *other == stop || self.held.contains(other);
+        if !self.touching.iter().all(are_held) {
+            return Ok(None);
+        }
+        let state = system.gap(stop);
+        let chatter = CompleteChatter {
+            restitution: system.restitution(stop),
+            speed: state.speed,
+            acceleration: self.drawn(system, (stop, state), &self.held)?,
+        };
+        let open = (0..system.n_stops()).filter(|other| !self.touching.contains(other));
+        let stays = chatter.acceleration < 0.0
+            && self.push_with(system, stop)?
+            && stay_open(system, (stop, chatter), open)?;
+        Ok(stays.then(|| chatter.span()))
+    }
+
+    /// Whether an impact on a stop presses all that are held, which stay closed.
+    fn push_with<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> Result<bool> {
+        let all: Vec<usize> = self.held.iter().copied().chain([stop]).collect();
+        let mut speeds = DVector::zeros(all.len());
+        speeds[all.len() - 1] = 1.0;
+        let impulses = impulses_of(&system.delassus(&all)?, &speeds)?;
+        Ok(impulses.iter().all(|impulse| *impulse >= 0.0))
     }
 
     /// The restitution coefficients of the stops in contact.
@@ -242,6 +293,7 @@ impl EventLoop {
     ) {
         self.last_impact = Some((stop, impact.approach));
         self.approaches[stop] = impact.approach;
+        self.impulses.push((stop, impact.impulse));
         self.stats.n_impacts += 1;
         if record.keep != Keep::Final {
             keep_impact(system, stop, impact, record);
