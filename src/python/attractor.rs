@@ -167,7 +167,7 @@ pub(crate) fn _group_attractors<'py>(
     #[pyo3(from_py_with = argument::max_periods)] max_periods: i64,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: f64,
+    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
 ) -> PyResult<(Vec<i64>, Vec<Parts<'py>>)> {
     let scene = &scene.0;
     let around = state_box(r#box, wrap, scene)?;

@@ -4,7 +4,7 @@ use crate::case::{Case, MOST_IMPACTS};
 use crate::compare::Difference;
 use crate::double_double::{Dd, dot};
 use crate::invariants::rounding;
-use crate::motion::Model;
+use crate::motion::{Model, Motion};
 use crate::record::Stretch;
 use crate::reference::Reference;
 use crate::simulator::follow;
@@ -35,7 +35,58 @@ pub fn chatters_end_where_impacts_accumulate(
     let segments = run.segments().expect("motion is kept");
     let chatters = segments.iter().filter(|s| s.kind == SegmentKind::Chatter);
     let mut lasting = chatters.filter(|s| s.end > s.start);
-    lasting.find_map(|s| judge(case, run, reference, s))
+    let beside = |chatter: &Segment| -> Vec<usize> {
+        let starts = |s: &&Segment| s.kind == SegmentKind::Stick && s.start == chatter.start;
+        segments
+            .iter()
+            .filter(starts)
+            .filter_map(|s| s.stop)
+            .collect()
+    };
+    lasting.find_map(|s| match beside(s).as_slice() {
+        [] => judge(case, run, reference, s),
+        held => judge_beside(case, run, reference, (s, held)),
+    })
+}
+
+/// Of impacts beside stops that are held nothing but flights in rounding is left: they take the time of the first order, drawn by what
+/// the others leave of the acceleration.
+fn judge_beside(
+    case: &Case,
+    run: &Trajectory,
+    reference: &Reference,
+    (chatter, held): (&Segment, &[usize]),
+) -> Option<Difference> {
+    let model = &reference.model;
+    let stop = chatter.stop?;
+    let x = on_stop(model, stop, state(case, run, model, chatter.start));
+    let motion = Motion::new(model, held)?;
+    let (plane, speed) = (&model.stops[stop], -model.opening(stop, &x));
+    let pull = dot(&plane.normal, &motion.acceleration(&x));
+    let e = plane.restitution;
+    let rest = Rest {
+        stop,
+        speed: speed.to_f64(),
+        pull: pull.to_f64(),
+        span: (speed * 2.0 * e / (pull * (1.0 - e))).to_f64(),
+        change: 0.0,
+    };
+    let tick = 4.0 * f64::EPSILON * chatter.start.abs().max(chatter.end.abs());
+    let known = tick + known(case, &rest, reference, &x).abs() * rest.span.abs();
+    let took = chatter.end - chatter.start;
+    let is_cut = chatter.end >= run.span().1;
+    let off = if is_cut {
+        took - rest.span
+    } else {
+        (took - rest.span).abs()
+    };
+    (off.is_nan() || off > known).then(|| Difference {
+        class: "span of impacts beside stops that are held".to_string(),
+        detail: format!(
+            "{chatter:?} beside {held:?}: {off:e} off the first order {:e}, allowed {known:e}",
+            rest.span
+        ),
+    })
 }
 
 fn judge(
