@@ -169,7 +169,11 @@ impl EventLoop {
         if stops.is_empty() {
             return Ok(Ok(()));
         }
-        let (sizes, jolts) = self.pull_sizes(system, stops)?;
+        let (mut sizes, jolts) = self.pull_sizes(system, stops)?;
+        let by_impacts = self.unknown_by_impacts(system, stops, &[], 2)?;
+        for (size, unknown) in sizes.iter_mut().zip(by_impacts) {
+            *size = size.max(unknown / GAP_ROUNDING);
+        }
         let resting = Resting {
             stops,
             normals: system.normals(stops)?,
@@ -271,8 +275,8 @@ impl EventLoop {
             let Some(mut derivatives) = known.pop_front() else {
                 break;
             };
-            let by_impacts =
-                self.unknown_by_impacts(system, resting, (&held, &undecided), order)?;
+            let (stops, beside) = (resting.stops_of(&undecided), resting.stops_of(&held));
+            let by_impacts = self.unknown_by_impacts(system, &stops, &beside, order)?;
             for (derivative, unknown) in derivatives.iter_mut().zip(by_impacts) {
                 derivative[1] = derivative[1].max(unknown);
             }
@@ -405,18 +409,17 @@ impl EventLoop {
     fn unknown_by_impacts<Y: HybridSystem + ?Sized>(
         &self,
         system: &mut Y,
-        resting: &Resting<'_>,
-        (held, contacts): (&[usize], &[usize]),
+        stops: &[usize],
+        held: &[usize],
         order: usize,
     ) -> Result<Vec<f64>> {
         if self.impulses.is_empty() {
             return Ok(Vec::new());
         }
-        let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
         for &(stop, impulse) in &self.impulses {
             system.push(stop, -impulse)?;
         }
-        let before = system.gap_derivatives(&stops, &held, order..order + 2)?;
+        let before = system.gap_derivatives(stops, held, order..order + 2)?;
         for &(stop, impulse) in &self.impulses {
             system.push(stop, impulse)?;
         }
