@@ -364,7 +364,13 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         // Beyond the order of its equations a linear motion has no derivative of its own.
         let last = 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT;
-        self.derivatives_beside(stops, held, orders.start..orders.end.min(last + 1))
+        // Who asks for orders by their number may ask for one more: what it changes the last one by in the rounding of a time.
+        let end = if orders.end == usize::MAX {
+            last + 1
+        } else {
+            orders.end.min(last + 2)
+        };
+        self.derivatives_beside(stops, held, orders.start..end)
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
