@@ -126,7 +126,7 @@ impl TurnRate {
 
     /// The speed that goes with a length; none where nothing turns.
     fn speed(self, length: f64) -> Option<f64> {
-        self.is_known().then(|| length * self.0)
+        self.is_known().then_some(length * self.0)
     }
 }
 

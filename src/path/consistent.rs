@@ -18,6 +18,13 @@ use nalgebra::DVector;
 /// What a motion is called that may pass stops.
 pub(crate) const ORBIT: &str = "orbit";
 
+/// Whether a change is larger than what sizes of terms allow, or no number.
+fn is_beyond(change: &DVector<f64>, sizes: &DVector<f64>) -> bool {
+    let mut terms = change.iter().zip(sizes);
+    let agrees = |(x, size): (&f64, &f64)| x.abs() <= KEPT_AGREES * size;
+    !terms.all(agrees)
+}
+
 /// Refuses a part of a motion.
 fn refused(what: &str, t: f64, found: impl std::fmt::Display) -> Error {
     let rule = "it must go on as the scene says";
@@ -114,17 +121,17 @@ impl Kept<'_> {
     /// An arc begins where the one before ends, but for a jump of the velocity that closed stops may give.
     fn check_jump(&self, arc: usize) -> Result<()> {
         let ((q, v), (next_q, next_v)) = (&self.ends[arc - 1][1], &self.ends[arc][0]);
-        let moved = self.beyond(&(next_q - q), &self.sizes.0);
+        let moved = is_beyond(&(next_q - q), &self.sizes.0);
         if moved {
             return Err(refused(self.what, self.time(arc), "a jump"));
         }
         let mut jump = v - next_v;
-        if self.beyond(&jump, &self.sizes.1) {
+        if is_beyond(&jump, &self.sizes.1) {
             let at = self.equations.moment(arc, 0.0);
             jump -= self
                 .equations
                 .along_closed(at, next_q, &jump, KEPT_AGREES)?;
-            if self.beyond(&jump, &self.sizes.1) {
+            if is_beyond(&jump, &self.sizes.1) {
                 let found = "a change of velocity that no stop gives";
                 return Err(refused(self.what, self.time(arc), found));
             }
@@ -148,19 +155,11 @@ impl Kept<'_> {
             left -= a * node.weight;
             Ok(())
         })?;
-        if self.beyond(&left, &self.sizes.1) {
+        if is_beyond(&left, &self.sizes.1) {
             let found = "a change of velocity that its accelerations do not give";
             return Err(refused(self.what, self.time(arc), found));
         }
         Ok(())
-    }
-
-    fn beyond(&self, change: &DVector<f64>, sizes: &DVector<f64>) -> bool {
-        let over = change.iter().zip(sizes);
-        over.into_iter().any(|(x, size)| {
-            let agrees = x.abs() <= KEPT_AGREES * size;
-            !agrees
-        })
     }
 
     /// The stop of an impact is closed then, and the velocity before and after is that of the impact.

@@ -18,14 +18,13 @@ pub fn case(random: &mut Random, (seeds, cells): (usize, usize)) -> Case {
     let damping = random.log(0.02, 0.4);
     let frequency = random.between(0.6, 3.2);
     let force = random.log(0.3, 10.0);
-    let system = match n {
-        1 => LinearSystem::new(dvector![1.0], dmatrix![damping], dmatrix![1.0]),
-        _ => {
-            let (mass, tie) = (random.between(0.5, 2.0), random.between(0.3, 2.0));
-            let stiffness = dmatrix![1.0 + tie, -tie; -tie, 1.0 + tie];
-            let damping = damping * &stiffness;
-            LinearSystem::new(dvector![1.0, mass], damping, stiffness)
-        }
+    let system = if n == 1 {
+        LinearSystem::new(dvector![1.0], dmatrix![damping], dmatrix![1.0])
+    } else {
+        let (mass, tie) = (random.between(0.5, 2.0), random.between(0.3, 2.0));
+        let stiffness = dmatrix![1.0 + tie, -tie; -tie, 1.0 + tie];
+        let damping = damping * &stiffness;
+        LinearSystem::new(dvector![1.0, mass], damping, stiffness)
     };
     let mut amplitude = DVector::zeros(n);
     amplitude[random.below(n)] = Complex::new(force, 0.0);
