@@ -825,7 +825,7 @@ def _group_attractors(
     max_periods: int,
     method: str,
     rtol: float,
-    atol: float,
+    atol: float | None,
 ) -> tuple[list[int], list[tuple[Any, ...]]]: ...
 def _lyapunov_exponents(
     scene: Scene,
