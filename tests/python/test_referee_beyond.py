@@ -77,7 +77,7 @@ def test_what_is_beyond_boundaries(number):
             far = 1 if special.direction[-1] >= 0.0 else -1
             said, apart = seen(twin, special, far, 1e-3 * (between[1] - between[0]))
             print(number, special, found, said, [f"{x:.1e}" for x in apart])
-            # Where the branch is not stable runs from its last orbit lead away before the boundary too: what stands beyond is looked at.
+            # Where the branch is not stable runs from its last orbit lead away on both sides: what stands beyond is looked at.
             there = [own for own in found.candidates if own.side == far and own.is_admissible and own.is_stable]
             is_beside = not special.orbit.is_stable and any(stands(own) for own in there)
             if (said, found.outcome) in (("goes on", "jumps"), ("goes on", "nonsmooth_fold")) or (
