@@ -73,7 +73,8 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
 - `special.beyond()` says "continues" where a stable orbit stands beyond, which its reason names, or where simulations from the last orbit come to the nearer
   to it the nearer to the boundary they begin; "jumps" where they stay as far from it; "nonsmooth fold" where they do and an orbit was found before that keeps the
   rules and is not stable; "undecided" where neither is seen. Simulations are no proof: they are three to five, of 500 periods each. The
-  attractor is what one of them came to.
+  attractor is what one of them came to. Of a branch that is not stable at its end a stable orbit may stand beyond, though a motion that leaves the last
+  orbit goes elsewhere: it "continues" all the same.
 - A doubled branch has no boundary where both its rounds become one, but its tip: it ends there with the reason "doubling", as it would
   come back over itself, and the point is known as the doubling of the branch of half the period is.
 - Beyond a chatter border the motion goes on, with ever more impacts, at a distance in proportion to that from the border.

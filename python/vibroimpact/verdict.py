@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
-from vibroimpact._core import Orbit, Scene
+from vibroimpact._core import Orbit, Scene, Trajectory
 from vibroimpact._numbers import shown
 from vibroimpact._results import ArrayResult
 from vibroimpact.attractors import Attractor, find_attractors
@@ -47,9 +47,12 @@ _ERRORS = 10.0
 _COMPARED = 40
 _TIMES = 64
 #: A motion goes on if in the end its distance from the last orbit shrinks by so much from one start to the next but one, a
-#: hundred times nearer to the boundary (by 0.1 where it goes like the root), and jumps if it keeps this part of it.
+#: hundred times nearer to the boundary (by 0.1 where it goes like the root), and at each of both, and jumps if it keeps this part of it.
 _SHRINKS = 0.3
+_EACH = 0.6
 _STAYS = 0.5
+#: A motion that is so many times farther away after twice as many periods has not settled.
+_LEAVES = 2.0
 #: Distances below this part of the motion are the kick that is left, and none from which a motion has jumped.
 _NONE = 1e-5
 
@@ -174,7 +177,7 @@ def _simulated(special: Special, ahead: float, periods: int, rng: int | np.rando
             + ", ".join(f"{x:.2g}" for x in offs)
             + " beyond"
         )
-        if last[-1] <= max(_SHRINKS * last[0], _NONE):
+        if last[-1] <= max(_SHRINKS * last[0], _NONE) and (last[1:] <= np.maximum(_EACH * last[:-1], _NONE)).all():
             return "continues", said
         if last.min() >= max(_STAYS * last.max(), _NONE):
             return "jumps", said
@@ -188,21 +191,30 @@ def _distance(special: Special, value: float, periods: int, rng: int | np.random
     scene, state, t0, _ = _begun(special, value, rng)
     once = orbit.period / orbit.n_periods
     period = scene.period if scene.period is not None else once
-    run = _core.simulate(scene, *state, (0.0, periods * period), keep="final")
-    if run.status != "finished":
-        raise RuntimeError(run.message)
-    # Whole periods later the forcing has the phase that it had.
-    run = _core.simulate(scene, *run.final, (0.0, _COMPARED * period))
-    if run.status != "finished":
-        raise RuntimeError(run.message)
-    count = np.arange(_COMPARED * _TIMES)
-    q = run.position(count / _TIMES * period)
+    count = np.arange(_COMPARED * _TIMES) / _TIMES
     size = float(np.abs(orbit.max_displacement).max())
-    if scene.period is None:
-        v = run.velocity(count / _TIMES * period)
-        return _farthest(np.hstack([q, v]), orbit)
-    then = (t0 + (periods + count / _TIMES) * once) % orbit.period
-    return float(np.abs(q - orbit.position(then)).max()) / size
+    apart = []
+    for gone in (periods, 2 * periods):
+        # Whole periods later the forcing has the phase that it had.
+        state = _ended(_core.simulate(scene, *state, (0.0, periods * period), keep="final")).final
+        run = _ended(_core.simulate(scene, *state, (0.0, _COMPARED * period)))
+        q = run.position(count * period)
+        if scene.period is None:
+            apart.append(_farthest(np.hstack([q, run.velocity(count * period)]), orbit))
+        else:
+            then = (t0 + (gone + count) * once) % orbit.period
+            apart.append(float(np.abs(q - orbit.position(then)).max()) / size)
+    if apart[1] > _LEAVES * max(apart[0], _NONE):
+        message = f"at {value:.10g} the motion still leaves the last orbit after {periods} periods"
+        raise RuntimeError(message)
+    return max(apart)
+
+
+def _ended(run: Trajectory) -> Trajectory:
+    """Return a run that came to its end."""
+    if run.status != "finished":
+        raise RuntimeError(run.message)
+    return run
 
 
 def _farthest(states: NDArray[np.float64], orbit: Orbit) -> float:

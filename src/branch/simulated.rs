@@ -14,12 +14,14 @@ use std::f64::consts::TAU;
 /// How far beyond a boundary is looked at first, in parts of the range; by what factor nearer, and how often: another boundary may be as near.
 const BEYOND: f64 = 1e-4;
 const NEARER: f64 = 0.1;
-const MOST_NEARER: usize = 4;
+const MOST_NEARER: usize = 5;
 /// Rounds in which a motion settles: a deviation that is half as large after each is 1e-9 of itself.
 const SETTLING: usize = 30;
-/// An orbit that meets a branch comes nearer to the last one of that by this factor at least, from one distance to the next; it is another where it
-/// does not, or is farther than this part of the motion.
+/// An orbit that meets a branch comes nearer to the last one of that by this factor at least, from one distance to the next and from that to the next
+/// again: once it may for another reason, as the orbits beyond a fold next to the boundary do. It is another where it does not, or is farther
+/// than this part of the motion.
 const COMES_NEARER: f64 = 0.6;
+const IN_A_ROW: usize = 3;
 const FAR: f64 = 0.1;
 /// Orbits that differ by less are one.
 const SAME: f64 = 1e-9;
@@ -108,7 +110,7 @@ pub(super) fn simulated<'a>(
 pub(super) fn beyond(family: &Family<'_>, place: &Place, side: f64) -> Result<Option<Candidate>> {
     let last = family.orbit(place)?;
     for rounds in [0, SETTLING] {
-        let mut before: Option<(Candidate, f64)> = None;
+        let mut nearing: Vec<(Candidate, f64)> = Vec::new();
         let mut off = BEYOND * family.span();
         for _ in 0..MOST_NEARER {
             let here = closed(family, place, place.value + side * off, rounds)?;
@@ -119,12 +121,17 @@ pub(super) fn beyond(family: &Family<'_>, place: &Place, side: f64) -> Result<Op
                 }
                 None => None,
             };
-            if let (Some((own, farther)), Some((_, nearer))) = (before, &here)
-                && *nearer <= COMES_NEARER * farther + SAME
-            {
-                return Ok(Some(own));
+            let comes = |nearer: f64| {
+                let last = nearing.last();
+                last.is_none_or(|(_, farther)| nearer <= COMES_NEARER * farther + SAME)
+            };
+            if !here.as_ref().is_some_and(|(_, apart)| comes(*apart)) {
+                nearing.clear();
             }
-            before = here;
+            nearing.extend(here);
+            if nearing.len() == IN_A_ROW {
+                return Ok(Some(nearing.swap_remove(0).0));
+            }
             off *= NEARER;
         }
     }

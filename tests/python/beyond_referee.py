@@ -200,6 +200,17 @@ def distance(twin, last, value, name, periods):
     return float(off / np.abs(last.max_displacement).max())
 
 
+def stands(candidate):
+    """Whether a run that begins on an orbit stays on it."""
+    orbit = candidate.orbit
+    begin = 0.5 * (orbit.segments["end"].max() + orbit.segments["start"].max())
+    phase = (orbit.phase + 2.0 * np.pi * orbit.n_periods * begin / orbit.period) % (2.0 * np.pi)
+    run = vi.simulate(
+        orbit.scene.replace(phase=phase), orbit.position(begin), orbit.velocity(begin), (0.0, 300 * orbit.period), keep="final"
+    )
+    return bool(np.abs(run.final[0] - orbit.position(begin)).max() < 1e-8 * np.abs(orbit.max_displacement).max())
+
+
 def seen(twin, special, side, delta, periods=900):
     """Return "goes on", "elsewhere" or "unclear" of runs beyond a boundary on one side, and their distances."""
     apart = []

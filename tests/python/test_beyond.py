@@ -18,31 +18,33 @@ def settled(scene, periods, start=None):
     return vi.find_orbit(scene, vi.simulate(scene, q, np.zeros(n), (0.0, periods * scene.period)))
 
 
+#: Two masses that are coupled by their inertia, before a stop that takes all speed and one that does not.
+COUPLED = np.array([[0.6802586272588459, -0.07101927751465109], [-0.07101927751465109, 1.3197429036202228]])
+E = 0.3
+
+
+@pytest.fixture(scope="module")
+def graze():
+    """Return a graze of stop 1 while stop 0 is held: an impact there throws the motion off stop 0."""
+    damping = [[0.21764562973552043, 0.026726306873130334], [0.02672630687313032, 0.21200460112190958]]
+    stiffness = [[7.41110983476109, -1.64002530945409], [-1.64002530945409, 2.3976750026872446]]
+    force = [
+        [-1.2626969784731117 - 0.11298286278480728j, -0.801961465830822 + 0.26432356809025925j],
+        [0.33110217920174895 - 0.1263176769414653j, 0.15929533800163626 + 0.19795879588070892j],
+        [1.0061741628716825 - 0.3318316518565526j, 0.13978452935717967 - 0.0796141628623146j],
+    ]
+    w = 0.8301776797122838
+    motion = vi.Harmonic([0.06506016186405365], w, 0.19213107852483446)
+    stops = [
+        vi.Stop(0, 0.08133819692711536, 0.0, side="lower", motion=motion),
+        vi.Stop(1, 0.35616798413132217, E, side="lower"),
+    ]
+    orbit = settled(twice(COUPLED, damping, stiffness, force, w, stops), 150)
+    branch = vi.continuation(orbit, "frequency", (0.5959816972361576, 1.2832220408083732))
+    return next(own for own in branch.special if own.kind == "graze")
+
+
 class TestAHeldStop:
-    """A graze of stop 1 while stop 0 is held, whose masses are coupled: an impact there throws the motion off stop 0."""
-
-    MASS = np.array([[0.6802586272588459, -0.07101927751465109], [-0.07101927751465109, 1.3197429036202228]])
-    W = 0.8301776797122838
-    E = 0.3
-
-    @pytest.fixture(scope="class")
-    def graze(self):
-        damping = [[0.21764562973552043, 0.026726306873130334], [0.02672630687313032, 0.21200460112190958]]
-        stiffness = [[7.41110983476109, -1.64002530945409], [-1.64002530945409, 2.3976750026872446]]
-        force = [
-            [-1.2626969784731117 - 0.11298286278480728j, -0.801961465830822 + 0.26432356809025925j],
-            [0.33110217920174895 - 0.1263176769414653j, 0.15929533800163626 + 0.19795879588070892j],
-            [1.0061741628716825 - 0.3318316518565526j, 0.13978452935717967 - 0.0796141628623146j],
-        ]
-        motion = vi.Harmonic([0.06506016186405365], self.W, 0.19213107852483446)
-        stops = [
-            vi.Stop(0, 0.08133819692711536, 0.0, side="lower", motion=motion),
-            vi.Stop(1, 0.35616798413132217, self.E, side="lower"),
-        ]
-        orbit = settled(twice(self.MASS, damping, stiffness, force, self.W, stops), 150)
-        branch = vi.continuation(orbit, "frequency", (0.5959816972361576, 1.2832220408083732))
-        return next(own for own in branch.special if own.kind == "graze")
-
     def test_candidates_obey_the_law_of_impact(self, graze):
         hops = 0
         for own in graze.branches():
@@ -54,8 +56,8 @@ class TestAHeldStop:
                 before = orbit.velocity(t if t > 0.0 else orbit.period, side="before")
                 after = orbit.velocity(t)
                 # The motion is before q1 = -0.356: the impulse pushes up.
-                push = np.linalg.solve(self.MASS, [0.0, 1.0])
-                impulse = (1.0 + self.E) * row["speed_before"] / push[1]
+                push = np.linalg.solve(COUPLED, [0.0, 1.0])
+                impulse = (1.0 + E) * row["speed_before"] / push[1]
                 assert np.abs(after - before - push * impulse).max() < 1e-11
                 held = [bool(s["kind"] == "stick" and s["stop"] == 0 and abs(s["start"] - t) < 1e-12) for s in orbit.segments]
                 # Stop 0 opens, as the impulse pushes the first mass up too.
