@@ -65,8 +65,12 @@ pub(super) fn advance(
             return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
         }
     };
-    let orbit = match attempted(family.orbit(&settled.place), settled.place.value)? {
+    let orbit = match attempted(family.closed_orbit(&settled.place), settled.place.value)? {
         Ok(orbit) => orbit,
+        Err(_) if family.signature.images.is_some() => {
+            let value = settled.place.value;
+            return Ok(Advance::Refused(Missed::NotOdd { value }));
+        }
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
     if let Some(tip) = at_tip(family, from, &settled.place, beyond)? {

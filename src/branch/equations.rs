@@ -266,6 +266,22 @@ impl Family<'_> {
         })
     }
 
+    /// The same where it closes by another route than the one that made it: half a motion for a whole period, impulses by flights.
+    ///
+    /// # Errors
+    /// As [`orbit`](Self::orbit); a motion that does not.
+    pub fn closed_orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
+        let orbit = self.orbit(place)?;
+        match orbit.missed([self.units.position, self.units.velocity])? {
+            None => Ok(orbit),
+            Some(residual) => Err(Error::NoConvergence {
+                stage: "the motion, followed once more by another route,",
+                iterations: 0,
+                residual,
+            }),
+        }
+    }
+
     /// How what the loop lacks, and with it the states of its flights, changes with the parameter, in parts of the range: central
     /// differences, instants held at their phases; one-sided at the end of what the parameter may be.
     fn by_value(&self, place: &Place, scene: &Scene, here: &Linearised) -> Result<ByValue> {
