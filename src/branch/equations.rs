@@ -169,6 +169,15 @@ impl Family<'_> {
         })
     }
 
+    /// The gap of a stop at an instant, in units of the motion.
+    pub fn gap_at(&self, place: &Place, (stop, instant): (usize, usize)) -> Result<f64> {
+        let (t, x) = (place.state.times[instant], &place.state.states[instant]);
+        self.shooting_at(place, |shooting, _, units| {
+            let at = shooting.motion.gap(stop, t, x)?;
+            Ok(at.gap / (at.gradient.amax() * units.position))
+        })
+    }
+
     /// The acceleration with which the gap of the stop of an instant opens behind it, where it is let go.
     pub fn opening(&self, place: &Place, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
