@@ -1,5 +1,5 @@
-//! Whether what crosses the unit circle on a step of a branch is what its special points say: how many multipliers, which way (theory 19,
-//! "Bifurcations").
+//! Whether what crosses the unit circle on a step of a branch is what its special points say: how many multipliers, and which way
+//! (theory 19).
 
 use crate::branch::family::Family;
 use crate::branch::multipliers::own_multipliers;

@@ -337,7 +337,7 @@ struct Sprung {
 impl Sprung {
     /// By how much an orbit under a force of some amplitude and frequency misses its start in a period of classical Runge-Kutta steps.
     fn missed(&self, orbit: &PeriodicOrbit, (force, w): (f64, f64)) -> f64 {
-        let (steps, period) = (4000, orbit.period());
+        let (steps, period) = (40_000, orbit.period());
         let rate = |t: f64, [q, v]: [f64; 2]| {
             let press = self.stiffness * (q - self.room).max(0.0);
             let wave = force * (w * t + orbit.phase()).cos();
