@@ -24,7 +24,8 @@ what holds where. Written by `docs/branches.py`; the mechanics are in [theory.md
 
 ## At a point
 
-- *It is an orbit*: the motion closes to 1e-11 of its size, and every impact obeys its law.
+- *It is an orbit*: the motion closes to 1e-11 of its size, and every impact obeys its law; and it closes when it is followed once more by another
+  route than the one that made it.
 - *Whether it keeps the rules of contact is proved*: between two impacts the whole flight is searched for a gap below zero, with bounds, not with
   samples. `is_virtual` is the broken ones; an orbit that touches within rounding is undecided, and no more is said.
 - *Its multipliers* are those of the maps as executed. Beside a graze they are as uncertain as the motion's speed over the impact's, in
@@ -37,8 +38,8 @@ what holds where. Written by `docs/branches.py`; the mechanics are in [theory.md
 - *That no other branch is jumped to* is made likely, not proved: a step is refused where Newton's method does not converge at once, the
   branch turns by more than 0.35, or an impact moves by more than 0.5 in phase.
 - *A sign that changes and changes back within one step is not seen*: two folds, two doublings, a stop that is passed and not passed again.
-  Smaller steps see more. Of two coordinates and more the number of multipliers outside the unit circle has to agree with the points found,
-  else the step is halved; of one coordinate it is not asked.
+  Smaller steps see more. How many multipliers leave the unit circle on a step, and how many come into it, has to agree with the points found,
+  else the step is halved, down to 1e-5 of arclength.
 - *What is found is located*: `special.error` is the last change of the search, or the width of what the point was shut in, 1e-10 of the
   range or less. Newton's method fails where branches cross without a symmetry: there it is the change of an interpolation between points on
   both sides.

@@ -1,15 +1,19 @@
 //! Periodic orbits from outside: the paper's three kinds with the public numbers of theory section 3, closed forms,
 //! degenerate cases.
 
+#[path = "common/random.rs"]
+mod random;
 #[path = "common/scenes.rs"]
 mod scenes;
 
-use nalgebra::{DVector, dvector};
+use nalgebra::{Complex, DMatrix, DVector, dvector};
+use random::Random;
 use scenes::{harmonic, loaded, oscillator, periods, scene, unit_mass, upper};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, FreeParameter, Kind, OrbitOptions, PaperOptions, Pattern, Reaction, Scene,
-    Stop, Verdict, first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits,
+    BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, OrbitOptions,
+    PaperOptions, Pattern, Reaction, Scene, Side, SimulateOptions, Stop, Verdict,
+    first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {
@@ -415,4 +419,98 @@ fn a_contact_left_at_zero_speed_is_no_graze_of_its_own() {
             "frequency {frequency}: {difference}"
         );
     }
+}
+
+/// Masses in a row on springs, nothing but their weight holding them, with a damper between the first and the ground.
+fn free_row(random: &mut Random, has_weight: bool) -> (Scene, f64) {
+    let n = 1 + random.below(4);
+    let mut stiffness = DMatrix::zeros(n, n);
+    for i in 1..n {
+        let k = random.between(0.5, 3.0);
+        for (a, b) in [(i, i - 1), (i - 1, i)] {
+            stiffness[(a, a)] += k;
+            stiffness[(a, b)] -= k;
+        }
+    }
+    let mut damping = &stiffness * random.between(0.0, 0.05);
+    damping[(0, 0)] += random.between(0.05, 0.5);
+    let masses = DVector::from_fn(n, |_, _| random.between(0.5, 2.0));
+    let weight = if has_weight { 1.0 } else { 0.0 };
+    let total = weight * masses.sum();
+    let system = LinearSystem::new(masses.clone(), damping, stiffness).expect("valid");
+    let system = system.with_load(&masses * -weight).expect("valid");
+    let force = (random.vector(n) * random.log(3.0, 60.0)).map(Complex::from);
+    let force = Harmonic::new(force, random.between(0.5, 4.0), 0.0).expect("valid");
+    let stop = Stop::new(
+        random.below(n),
+        random.between(-0.2, 0.3),
+        random.between(0.0, 1.0),
+    );
+    let stop = stop.expect("valid").on_side(Side::Lower);
+    (Scene::new(system, force, [stop]).expect("valid"), total)
+}
+
+#[test]
+fn structures_that_nothing_holds_bounce_by_their_weight_alone() {
+    let mut seen = [0; 2];
+    for seed in 0..60 {
+        let mut random = Random::new(seed);
+        let has_weight = seed % 2 == 0;
+        let (scene, weight) = free_row(&mut random, has_weight);
+        let n_periods = 1 + random.below(2);
+        let found =
+            periodic_orbits(&scene, &Pattern::single(0), &periods(n_periods)).expect("a search");
+        for orbit in found.iter() {
+            let label = format!("{seed}, {n_periods} periods");
+            seen[usize::from(has_weight)] += 1;
+            // No field raises, none is not a number but the depth of what is not known.
+            let stability = orbit
+                .stability()
+                .unwrap_or_else(|error| panic!("{label}: {error}"));
+            for order in &stability.orders {
+                assert!(
+                    order.multipliers.iter().all(|mu| mu.re.is_finite()),
+                    "{label}"
+                );
+            }
+            assert!(
+                orbit.energy().is_ok() && orbit.segments().is_ok(),
+                "{label}"
+            );
+            let impact = orbit.impacts()[0];
+            assert!(impact.approach.is_finite() && impact.impulse.is_finite());
+            // The mean of what the stop gives is the weight, and none where there is none.
+            let off = (impact.impulse / orbit.period() - weight).abs();
+            assert!(off < 1e-8 * weight.max(1.0), "{label}: {off:e}");
+            if !has_weight {
+                assert_eq!(orbit.is_admissible(), Some(false), "{label}");
+                let why = orbit.violation().map(|own| own.reason.clone());
+                assert!(why.is_some_and(|own| !own.is_empty()), "{label}");
+            }
+            // It comes back to its beginning in a flight of its own.
+            let bare = orbit
+                .scene()
+                .replace(Change::Stops(Vec::new()))
+                .expect("valid");
+            let (q, v) = (orbit.q0(), orbit.v0());
+            let run = simulate(
+                &bare,
+                &q,
+                &v,
+                (0.0, orbit.period()),
+                &SimulateOptions::default(),
+            );
+            let (end, _) = run
+                .expect("a run")
+                .state(orbit.period(), ImpactSide::Before)
+                .expect("its end");
+            let size = orbit
+                .max_displacement()
+                .expect("sought")
+                .iter()
+                .fold(0.0f64, |m, x| m.max(*x));
+            assert!((end - &q).amax() < 1e-9 * size, "{label}");
+        }
+    }
+    assert!(seen.iter().all(|count| *count > 10), "{seen:?}");
 }

@@ -15,12 +15,16 @@ from vibroimpact._core import Orbit, Scene
 from vibroimpact._numbers import few, finite, shown
 from vibroimpact._results import ItemsResult
 from vibroimpact.diagram import Pattern
+from vibroimpact.errors import ConvergenceError
 from vibroimpact.special import Candidate, Special
 
 __all__ = ["Branch", "continuation"]
 
 #: Why a branch ends.
 REASONS = ("range", "closed", "points", "step", "boundary", "doubling", "domain", "interrupted", "start")
+
+#: Points of a way from a point of a branch to a value beside it: of one that begins at a boundary there may be many.
+_MOST_STEPS = (100, 10_000)
 
 Monitor = Callable[[Orbit], float]
 
@@ -161,6 +165,8 @@ class Branch(ItemsResult[Orbit]):
         ------
         ValueError
             A value that is not finite; a branch made by a callable that was saved, at a value between its points.
+        ConvergenceError
+            A value to which the branch is not followed from the points beside it.
         """
         value = finite("value", value)
         nodes = self._nodes()
@@ -182,22 +188,33 @@ class Branch(ItemsResult[Orbit]):
         return sorted(nodes, key=lambda node: node.arclength)
 
     def _between(self, ends: tuple[_Node, _Node], value: float) -> Orbit:
-        """Return the orbit at a value between two nodes, from the nearer of them that is no fold."""
+        """Return the orbit at a value between two nodes, from one of them, that is no fold if there is one."""
         make = getattr(self, "_make", None)
         if self.parameter_name is None and make is None:
             message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
             raise ValueError(message)
         is_factor = self.parameter_name in ("forcing_scale", "damping_scale")
 
-        def order(node: _Node) -> tuple[bool, bool, float]:
+        def order(node: _Node) -> tuple[bool, float]:
             # Of factors none counts from zero.
-            return node.turns, is_factor and node.parameter == 0.0, abs(node.parameter - value)
+            return is_factor and node.parameter == 0.0, abs(node.parameter - value)
 
-        near = min(ends, key=order)
-        start, up = near.parameter, value > near.parameter
-        way = ("up" if up else "down", 100, (1e-12, 0.1, 0.5), True, None, False)
-        part = _core._continuation(near.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way)
-        return part[0][-1 if up else 0]
+        # From the nearer one in few steps; where that is a boundary many may be needed, and the other may be better.
+        nodes = sorted([node for node in ends if not node.turns] or ends, key=order)
+        reached: list[tuple[float, str]] = []
+        for most, node in itertools.product(_MOST_STEPS, nodes):
+            start, up = node.parameter, value > node.parameter
+            way = ("up" if up else "down", most, (1e-12, 0.1, 0.5), True, None, False)
+            part = _core._continuation(node.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way)
+            last = -1 if up else 0
+            if part[10] is not None:
+                raise part[10]
+            if part[1][last] == value:
+                return part[0][last]
+            reached.append((float(part[1][last]), part[8][last][1]))
+        far, why = min(reached, key=lambda own: abs(own[0] - value))
+        message = f"the branch was not followed to {value:.10g} between its points at {ends[0].parameter:.10g} and {ends[1].parameter:.10g}"
+        raise ConvergenceError(f"{message}: it came to {far:.10g} ({why})")
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the branch, for ``numpy.savez``; monitors by their names."""

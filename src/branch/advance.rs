@@ -1,8 +1,9 @@
 //! A step along a branch, as far as it can be trusted: what it comes to, and what lies on it (theory 19).
 
-use crate::branch::bifurcations::{are_explained, bifurcations};
+use crate::branch::bifurcations::bifurcations;
 use crate::branch::boundary::{Boundary, is_broken, located};
 use crate::branch::corrector::{Missed, Settled, attempted};
+use crate::branch::crossings::are_explained;
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
@@ -64,8 +65,12 @@ pub(super) fn advance(
             return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
         }
     };
-    let orbit = match attempted(family.orbit(&settled.place), settled.place.value)? {
+    let orbit = match attempted(family.closed_orbit(&settled.place), settled.place.value)? {
         Ok(orbit) => orbit,
+        Err(_) if family.signature.images.is_some() => {
+            let value = settled.place.value;
+            return Ok(Advance::Refused(Missed::NotOdd { value }));
+        }
         Err(missed) => return Ok(Advance::Refused(missed)),
     };
     if let Some(tip) = at_tip(family, from, &settled.place, beyond)? {
@@ -101,6 +106,9 @@ pub(super) fn advance(
         } else {
             Vec::new()
         };
+        if let Some(end) = unexplained(family, (from, &own), &special)? {
+            return Ok(Advance::Distrusted(end));
+        }
         if let Some(left) = found.left {
             return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
         }
@@ -111,18 +119,8 @@ pub(super) fn advance(
     }
     let own = accepted(family, from, (settled, orbit), way.length())?;
     let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
-    let is_counted = are_explained(
-        family,
-        &special,
-        from.indicators.outside,
-        own.indicators.outside,
-    )?;
-    if !is_counted && way.length() > UNEXPLAINED {
-        let detail = format!(
-            "several multipliers leave the circle at {}",
-            digits(own.place.value)
-        );
-        return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+    if let Some(end) = unexplained(family, (from, &own), &special)? {
+        return Ok(Advance::Distrusted(end));
     }
     // Branches that come close to each other without crossing look like that from afar, and a long step may lead from one to the other.
     let is_loose = |special: &Special| {
@@ -137,6 +135,24 @@ pub(super) fn advance(
         special.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
     }
     Ok(Advance::Point(Box::new(own), special, factor))
+}
+
+/// Why a step is not trusted on which multipliers cross the unit circle otherwise than its special points say, unless it is too short to be
+/// divided.
+fn unexplained(
+    family: &Family<'_>,
+    (from, to): (&Point, &Point),
+    special: &[Special],
+) -> Result<Option<BranchEnd>> {
+    let is_short = to.arclength - from.arclength <= UNEXPLAINED;
+    if is_short || are_explained(family, (from, to), special)? {
+        return Ok(None);
+    }
+    let detail = format!(
+        "several multipliers cross the circle at {}",
+        digits(to.place.value)
+    );
+    Ok(Some(BranchEnd::new(EndReason::Step, detail)))
 }
 
 /// The end of a step that leads beyond the tip of a doubled branch.

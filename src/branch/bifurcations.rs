@@ -1,6 +1,7 @@
 //! Smooth bifurcations on a step of a branch (theory 19).
 
 use crate::branch::corrector::Settled;
+use crate::branch::crossings::has_multiplier;
 use crate::branch::family::Family;
 use crate::branch::interpolated::zero_through;
 use crate::branch::multipliers::{own_multipliers, pair_at_circle};
@@ -14,9 +15,6 @@ use std::f64::consts::TAU;
 
 /// What is known no better than this part of the range is sought by interpolation.
 const KNOWN: f64 = 1e-10;
-
-/// A multiplier that is at a number is nearer to it than this, however fast it changes.
-const AT: f64 = 0.5;
 
 /// The bifurcations on a step of some length, by the indicators whose signs are not the same at its ends, in their order.
 pub(super) fn bifurcations(
@@ -49,7 +47,7 @@ pub(super) fn bifurcations(
         if at_start * at_end < 0.0 {
             let ends = [length, at_start, at_end];
             let found = located(family, (from, to, kind), ends, of)?;
-            if kind != SpecialKind::PeriodDoubling || has_multiplier(family, &found.orbit, -1.0)? {
+            if kind != SpecialKind::PeriodDoubling || has_multiplier(family, &found, -1.0)? {
                 all.push(found);
             }
         }
@@ -61,38 +59,6 @@ pub(super) fn bifurcations(
     }
     all.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
     Ok(all)
-}
-
-/// Whether a multiplier is at a number, if an orbit has multipliers. Where a release comes to an instant at which the force is zero, too, the
-/// equations are singular for every multiplier; many modes of which nothing is held have none such.
-fn has_multiplier(family: &Family<'_>, orbit: &PeriodicOrbit, number: f64) -> Result<bool> {
-    if family.has_pulses {
-        return Ok(true);
-    }
-    let own = own_multipliers(orbit)?;
-    Ok(own.is_none_or(|own| own.iter().any(|mu| (mu - number).norm() < AT)))
-}
-
-/// Whether the multipliers that leave the unit circle on a step, or come into it, are those of its bifurcations.
-pub(super) fn are_explained(
-    family: &Family<'_>,
-    special: &[Special],
-    before: Option<usize>,
-    after: Option<usize>,
-) -> Result<bool> {
-    let (Some(before), Some(after)) = (before, after) else {
-        return Ok(true);
-    };
-    let mut most = 0;
-    for own in special {
-        most += match own.kind {
-            SpecialKind::Torus => 2,
-            SpecialKind::Fold => usize::from(has_multiplier(family, &own.orbit, 1.0)?),
-            _ => 1,
-        };
-    }
-    let change = before.abs_diff(after);
-    Ok(change <= most && (most - change).is_multiple_of(2))
 }
 
 /// A number at a point of a step.

@@ -1,7 +1,7 @@
 //! Where a branch comes to a boundary, beyond which its orbits break a rule of contact: between a point that keeps them and one that does
 //! not, by what is zero there, and by halves.
 
-use crate::branch::corrector::{Attempt, Settled};
+use crate::branch::corrector::{Attempt, Settled, attempted};
 use crate::branch::family::Family;
 use crate::branch::place::Place;
 use crate::branch::risen::strongest_pull;
@@ -95,8 +95,11 @@ pub(super) fn located(
             found.left = Some(high - low);
             break;
         };
-        let orbit = family.orbit(&settled.place)?;
         let value = settled.place.value;
+        let Ok(orbit) = attempted(family.closed_orbit(&settled.place), value)? else {
+            found.left = Some(high - low);
+            break;
+        };
         if is_broken(&orbit) == was_broken {
             (low, before, found.last) = (middle, value, Some((settled, orbit)));
         } else {
@@ -198,7 +201,10 @@ fn zero_of_breach(
             return Ok(None);
         };
         let (value, orbit) = if breach.kind == SpecialKind::Graze {
-            let orbit = family.orbit(&settled.place)?;
+            let Ok(orbit) = attempted(family.closed_orbit(&settled.place), settled.place.value)?
+            else {
+                return Ok(None);
+            };
             (gap(&orbit)?, Some(orbit))
         } else {
             (speed(&settled.place)?, None)
@@ -259,12 +265,12 @@ fn zero_of(
         }
         let mut point = |along: f64| at(begin + along);
         let zero = zero_between([step, before, after], family.span(), &mut point)?;
-        return zero
-            .map(|zero| {
-                let orbit = family.orbit(&zero.point.place)?;
-                Ok(((zero.point, orbit), zero.error))
-            })
-            .transpose();
+        let Some(zero) = zero else {
+            return Ok(None);
+        };
+        let value = zero.point.place.value;
+        let orbit = attempted(family.closed_orbit(&zero.point.place), value)?.ok();
+        return Ok(orbit.map(|orbit| ((zero.point, orbit), zero.error)));
     }
     Ok(None)
 }

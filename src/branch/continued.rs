@@ -256,7 +256,7 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
             });
         };
         (place, equations) = (settled.place, settled.equations);
-        orbit = family.orbit(&place)?;
+        orbit = family.closed_orbit(&place)?;
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {

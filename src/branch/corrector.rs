@@ -40,6 +40,8 @@ pub(super) enum Missed {
     NoRest { value: f64 },
     /// Two instants came to one time, and would change their order.
     Met { value: f64, instant: usize },
+    /// Half a motion is found, and its mirror image is not the other half.
+    NotOdd { value: f64 },
     /// There is no scene.
     NoScene(String),
 }
@@ -65,6 +67,13 @@ impl Missed {
                     digits(*value)
                 );
                 BranchEnd::new(EndReason::Boundary, detail)
+            }
+            Missed::NotOdd { value } => {
+                let value = digits(*value);
+                let detail = format!(
+                    "at {value} the scene is not odd along the motion any more, which the symmetry q(t + T/2) = -q(t) asks for"
+                );
+                BranchEnd::new(EndReason::Domain, detail)
             }
             Missed::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
         }

@@ -169,6 +169,15 @@ impl Family<'_> {
         })
     }
 
+    /// The gap of a stop at an instant, in units of the motion.
+    pub fn gap_at(&self, place: &Place, (stop, instant): (usize, usize)) -> Result<f64> {
+        let (t, x) = (place.state.times[instant], &place.state.states[instant]);
+        self.shooting_at(place, |shooting, _, units| {
+            let at = shooting.motion.gap(stop, t, x)?;
+            Ok(at.gap / (at.gradient.amax() * units.position))
+        })
+    }
+
     /// The acceleration with which the gap of the stop of an instant opens behind it, where it is let go.
     pub fn opening(&self, place: &Place, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
@@ -264,6 +273,22 @@ impl Family<'_> {
         self.shooting_at(place, |shooting, orbit, units| {
             orbit(state, &shooting.flight_ends(state, units)?)
         })
+    }
+
+    /// The same where it closes by another route than the one that made it: half a motion for a whole period, impulses by flights.
+    ///
+    /// # Errors
+    /// As [`orbit`](Self::orbit); a motion that does not.
+    pub fn closed_orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
+        let orbit = self.orbit(place)?;
+        match orbit.missed([self.units.position, self.units.velocity])? {
+            None => Ok(orbit),
+            Some(residual) => Err(Error::NoConvergence {
+                stage: "the motion, followed once more by another route,",
+                iterations: 0,
+                residual,
+            }),
+        }
     }
 
     /// How what the loop lacks, and with it the states of its flights, changes with the parameter, in parts of the range: central

@@ -15,8 +15,7 @@ pub(super) struct Indicators {
     pub doubling: f64,
     /// It changes its sign where another branch is crossed.
     pub crossing: f64,
-    /// How many multipliers lie outside the unit circle; one coordinate alone has no torus, nor is one looked for
-    /// where the energy is kept, and they are not counted.
+    /// How many multipliers lie outside the unit circle; where the energy is kept no torus is looked for, and they are not counted.
     pub outside: Option<usize>,
 }
 
@@ -45,7 +44,7 @@ impl Indicators {
                 family.multiplier_test((place, Some(equations)), -1.0)?
             },
             crossing: equations.crossing(tangent),
-            outside: if is_alone || family.energetics.is_some() {
+            outside: if family.energetics.is_some() {
                 None
             } else if family.has_pulses {
                 family.n_outside_of_pulses(place)

@@ -5,6 +5,7 @@ use crate::branch::equations::ByValue;
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::instants::period;
 use crate::branch::place::{Direction, Impulses, Place};
+use crate::branch::special::Special;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::linalg::rank;
@@ -13,6 +14,7 @@ use crate::orbit::{
     Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ScaledUnits,
     ShootingState,
 };
+use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
@@ -140,7 +142,19 @@ impl Family<'_> {
     /// How many multipliers lie outside the unit circle; none where that is not told.
     pub fn n_outside_of_pulses(&self, place: &Place) -> Option<usize> {
         let (pulses, train) = place.train();
-        pulses.n_outside(&train, &self.pulse_units(place))
+        pulses.n_outside(&train, &self.pulse_units(place), MARGINAL)
+    }
+
+    /// How many multipliers lie outside it at a special point but those that cross it there; none where that is not told.
+    pub fn n_well_outside(&self, special: &Special) -> Result<Option<usize>> {
+        let (value, range) = (special.parameter, self.range);
+        let (there, place) = Family::around(&special.orbit, self.make, value, range)?;
+        let (there, place) = there.by_pulses(place)?;
+        if !there.has_pulses {
+            return Ok(None);
+        }
+        let (pulses, train) = place.train();
+        Ok(pulses.n_outside(&train, &there.pulse_units(&place), MEETING))
     }
 
     /// The multiplier of a loop on the upper half of the unit circle, where one is.

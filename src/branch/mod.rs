@@ -9,6 +9,7 @@ mod boundary;
 mod candidate;
 mod continued;
 mod corrector;
+mod crossings;
 mod curve;
 mod end;
 mod energy;

@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::hybrid::held_through;
 use crate::model::contacts;
 use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::tolerance::SAME_ROUND;
 use nalgebra::{DMatrix, DVector};
 
 /// The part of the contact about the time of the rise in which the force is least.
@@ -34,15 +35,31 @@ pub(super) fn strongest_pull(
 ) -> Result<Option<Pull>> {
     let state = &place.state;
     let instants = family.instants(state);
-    let about = state.times[0] + time.rem_euclid(period(state));
-    let Some(instant) = instants.iter().rposition(|own| own.start <= about) else {
+    let count = instants.len();
+    let mut about = state.times[0] + time.rem_euclid(period(state));
+    let Some(mut instant) = instants.iter().rposition(|own| own.start <= about) else {
         return Ok(None);
     };
+    // The end of a contact is the start of what follows.
+    let late = about - instants[instant].start;
+    if !instants[instant].stage.held.contains(&stop) && late <= SAME_ROUND * period(state) {
+        instant = (instant + count - 1) % count;
+        about = state.times[instant + 1];
+    }
     let (from, end) = (&instants[instant], state.times[instant + 1]);
     if !from.stage.held.contains(&stop) {
         return Ok(None);
     }
     let without = from.stage.held_but(stop);
+    // At its own landing it is another border, at its release nothing pulls; where another stop's impact begins or ends the contact the force
+    // may be least.
+    let is_release =
+        matches!(&instants[(instant + 1) % count].stage.event, Event::Release(own) if *own == stop);
+    let was_held = instants[(instant + count - 1) % count]
+        .stage
+        .held
+        .contains(&stop);
+    let parts = usize::from(!was_held)..PARTS + usize::from(!is_release);
     let scene = family.scene(place.value)?;
     let mut signature = family.signature.clone();
     signature.stages.push(ContactStage {
@@ -63,14 +80,14 @@ pub(super) fn strongest_pull(
         let mut top = (about, f64::NEG_INFINITY);
         for _ in 0..NARROWINGS {
             let step = (high - low) / PARTS as f64;
-            for i in 1..PARTS {
+            for i in parts.clone() {
                 let t = low + step * i as f64;
                 let own = pull(t)?;
                 if own > top.1 {
                     top = (t, own);
                 }
             }
-            (low, high) = (top.0 - step, top.0 + step);
+            (low, high) = ((top.0 - step).max(from.start), (top.0 + step).min(end));
         }
         let (time, most) = top;
         // The curvature over a part of the contact that rounding leaves alone.

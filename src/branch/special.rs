@@ -184,7 +184,7 @@ pub(super) fn breach_kind(
     } = broken.breach()?;
     let mut is_by_cube = false;
     let kind = match rule {
-        Rule::Pulls { .. } | Rule::Leaves { .. } => SpecialKind::LostImpact,
+        Rule::Pulls { .. } | Rule::Leaves { .. } | Rule::Touches { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
         // At the landing itself.
         Rule::Holds { .. }

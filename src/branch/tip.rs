@@ -1,7 +1,7 @@
 //! The tip of a branch that was doubled: there both rounds of the motion become one, and beyond it the branch would come back over
 //! itself, half a period later (theory 19, "Switching").
 
-use crate::branch::corrector::Settled;
+use crate::branch::corrector::{Settled, attempted};
 use crate::branch::family::Family;
 use crate::branch::indicators::Indicators;
 use crate::branch::instants::{Instant, period, turned};
@@ -66,7 +66,9 @@ pub(super) fn tip(family: &Family<'_>, from: &Point, to: &Place) -> Result<Optio
     // The rounds come to each other along what parts them.
     let tangent = before.apart.scaled(1.0 / before.apart.length());
     let equations = family.equations(&place)?;
-    let orbit = family.orbit(&place)?;
+    let Ok(orbit) = attempted(family.closed_orbit(&place), place.value)? else {
+        return Ok(None);
+    };
     let indicators = Indicators {
         fold: from.indicators.fold,
         crossing: from.indicators.crossing,

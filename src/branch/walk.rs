@@ -2,9 +2,10 @@
 
 use crate::branch::advance::{Advance, advance};
 use crate::branch::bifurcations::bifurcations;
-use crate::branch::corrector::{Missed, tangent};
+use crate::branch::corrector::{Missed, directions, tangent};
 use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::family::Family;
+use crate::branch::indicators::Indicators;
 use crate::branch::options::ContinuationOptions;
 use crate::branch::place::Place;
 use crate::branch::special::Special;
@@ -21,7 +22,7 @@ const OUTGROWN: f64 = 4.0;
 /// Goes along a branch from a point, which is not among those that it gives.
 pub(super) fn walk(
     family: &Family<'_>,
-    first: &Point,
+    begun: &Point,
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Way<Point, Special>> {
@@ -34,9 +35,9 @@ pub(super) fn walk(
         let detail = format!("broken off at {}", digits(at.place.value));
         BranchEnd::new(EndReason::Interrupted, detail)
     };
-    let family = &mut family.clone();
+    let (family, mut first) = (&mut family.clone(), begun.clone());
     let end = loop {
-        let from = points.last().unwrap_or(first);
+        let from = points.last().unwrap_or(&first);
         if points.len() >= options.max_points {
             let detail = format!("{} points were asked for", options.max_points);
             break BranchEnd::new(EndReason::Points, detail);
@@ -72,8 +73,8 @@ pub(super) fn walk(
                     points.push(rescaled(family, *own)?);
                 }
                 if has_closed {
-                    let from = points.last().unwrap_or(first);
-                    let (last, found) = closing(family, from, (first, begun))?;
+                    let from = points.last().unwrap_or(&first);
+                    let (last, found) = closing(family, from, (&first, begun))?;
                     special.extend(found);
                     points.push(last);
                     let detail = "it came back to where it began".to_owned();
@@ -92,11 +93,18 @@ pub(super) fn walk(
                 step = (step * factor).clamp(smallest, largest);
                 continue;
             }
+            // Where half a motion is not all of it any more the whole one goes on.
+            Ok(Advance::Refused(Missed::NotOdd { .. })) if options.symmetric.is_none() => {
+                if let Some(end) = go_on_whole(family, &mut first, &mut points)? {
+                    break end;
+                }
+                continue;
+            }
             Ok(Advance::Refused(missed)) => {
                 let instant = match &missed {
                     Missed::Met { instant, .. } => Some(*instant),
                     Missed::NoRest { .. } => family.last_stick(&from.place),
-                    Missed::Stalled { .. } | Missed::NoScene(_) => None,
+                    Missed::Stalled { .. } | Missed::NotOdd { .. } | Missed::NoScene(_) => None,
                 };
                 (missed.end(), instant)
             }
@@ -104,8 +112,7 @@ pub(super) fn walk(
         };
         if step <= smallest {
             let (end, instant) = refused;
-            let error = step * family.span();
-            let met = meeting(family, (from, &points), instant, error)?;
+            let met = meeting(family, (from, &points), instant, step * family.span())?;
             let end = match &met {
                 Some(_) => BranchEnd::new(EndReason::Boundary, end.detail),
                 None => end,
@@ -137,6 +144,52 @@ fn closing(
     };
     let special = bifurcations(family, from, &last, from.tangent.dot(&way))?;
     Ok((last, special))
+}
+
+/// Goes on with whole motions from the last point of half ones; its end where they have no direction there.
+fn go_on_whole(
+    family: &mut Family<'_>,
+    first: &mut Point,
+    points: &mut [Point],
+) -> Result<Option<BranchEnd>> {
+    let from = points.last().unwrap_or(first);
+    let Some((whole, there)) = unfolded(family, from)? else {
+        let value = from.place.value;
+        return Ok(Some(Missed::NotOdd { value }.end()));
+    };
+    if let Some((_, begun)) = unfolded(family, first)? {
+        *first = begun;
+    }
+    *family = whole;
+    if let Some(last) = points.last_mut() {
+        *last = there;
+    }
+    Ok(None)
+}
+
+/// The whole motion of a point that is known by half of it, and its family; none where it has no direction.
+fn unfolded<'a>(family: &Family<'a>, own: &Point) -> Result<Option<(Family<'a>, Point)>> {
+    let (whole, place) = family.whole(&own.place)?;
+    let equations = whole.equations(&place)?;
+    let all = directions(&equations)?;
+    let [tangent] = all.as_slice() else {
+        return Ok(None);
+    };
+    // The first state, the instants of the first half and the number are those of the half.
+    let unknowns = tangent.loop_part.len();
+    let mut half = own.tangent.clone();
+    half.loop_part = half.loop_part.resize_vertically(unknowns, 0.0);
+    let side = tangent.dot(&half).signum();
+    let tangent = tangent.scaled(side);
+    let indicators = Indicators::at(&whole, (&place, &equations, &tangent), &own.orbit)?;
+    let point = Point {
+        place,
+        equations,
+        tangent,
+        indicators,
+        ..own.clone()
+    };
+    Ok(Some((whole, point)))
 }
 
 /// A point in units that fit it: those of the family become its own where it has outgrown them.

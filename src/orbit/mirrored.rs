@@ -19,13 +19,15 @@ impl PeriodicOrbit {
     /// with the same clearance and restitution.
     pub fn mirrored(&self) -> Result<Self> {
         let (scene, signature, mut state) = begun(self.scene(), Guess::Orbit(self), None)?;
-        let found = with_shooting(&scene, &signature, |shooting, _| {
-            images(shooting.motion, &scene, &shooting.units(&state)?, &state)
-        })?;
-        let Some(images) = found else {
+        let refused = || {
             let rule = "its mirror image -q(t + T/2) has to be a motion too: forces of odd harmonics alone, opposite stops that are alike";
-            return Err(Error::bad_value("scene", "one that is not odd", rule));
+            Error::bad_value("scene", "one that is not odd", rule)
         };
+        let (found, units) = with_shooting(&scene, &signature, |shooting, _| {
+            let units = shooting.units(&state)?;
+            Ok((images(shooting.motion, &scene, &units, &state)?, units))
+        })?;
+        let images = found.ok_or_else(refused)?;
         let stages = signature.stages.iter();
         let signature = Signature {
             stages: stages.map(|stage| stage.mirrored(&images)).collect(),
@@ -34,11 +36,13 @@ impl PeriodicOrbit {
         state.states.iter_mut().for_each(DVector::neg_mut);
         let late = if scene.frequency().is_some() { PI } else { 0.0 };
         let scene = with_phase(&scene, scene.phase() + late, signature.depends_on_time)?;
-        with_shooting(&scene, &signature, |shooting, orbit| {
-            orbit(
-                &state,
-                &shooting.flight_ends(&state, &shooting.units(&state)?)?,
-            )
-        })
+        let image = with_shooting(&scene, &signature, |shooting, orbit| {
+            orbit(&state, &shooting.flight_ends(&state, &units)?)
+        })?;
+        // Along the whole motion, not in a few states alone.
+        match image.missed([units.position, units.velocity])? {
+            None => Ok(image),
+            Some(_) => Err(refused()),
+        }
     }
 }

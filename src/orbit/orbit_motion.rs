@@ -21,11 +21,12 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::stability::monodromy::{Flown, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
+use crate::orbit::verdict::another_route::missed;
 use crate::orbit::verdict::closing::Carrier;
 use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::orbit::verdict::judge::Judge;
 use crate::path::{Evaluator, Path, PathParts};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -173,6 +174,45 @@ impl OrbitMotion {
             return None;
         };
         with_flow!(&*modal.flow(), f => Carrier::new(modal, f).lost(pattern, phase, flights))
+    }
+
+    /// By how much the motion misses its own ends by another route than the one that made it: free flights of a linear scene along the flow
+    /// that simulations use, flights with stops held in two parts, integrated ones in the steps in which the orbit is kept.
+    pub fn missed(
+        &self,
+        (pattern, phase): (&Pattern, f64),
+        flights: &[Flight],
+        least: [f64; 2],
+    ) -> Result<Option<f64>> {
+        let along = (pattern, flights);
+        let (modal, held) = match self {
+            Self::Stepped { motion, pieces } => {
+                let end = |k: usize| {
+                    let end = pieces[k].1.end().map(|(_, x)| DVector::from_vec(x));
+                    Ok(end.unwrap_or_else(|| unpaired(&flights[k].after)))
+                };
+                return missed(&**motion, along, unpaired, least, end);
+            }
+            Self::Modal { modal, held } => (modal, held),
+        };
+        let maps = ClosedFormMaps::new(modal, phase, held.clone());
+        let state = |pairs: &ModalState| modal.form.state_of(pairs);
+        with_flow!(&*modal.flow(), f => {
+            let mut carrier = Carrier::new(modal, f);
+            missed(&maps, along, state, least, |k| {
+                let flight = &flights[k];
+                if flight.mode.kind == SegmentKind::Flight {
+                    return Ok(state(carrier.end(phase, flight)));
+                }
+                let mut x = state(&flight.after);
+                let middle = flight.start + 0.5 * flight.span;
+                for span in [(flight.start, middle), (middle, flight.start + flight.span)] {
+                    let none = &mut DMatrix::zeros(x.len(), 0);
+                    maps.flow(flight.mode.held(), span, &mut x, none)?;
+                }
+                Ok(x)
+            })
+        })
     }
 
     /// The impacts of a period, instant by instant.

@@ -128,6 +128,13 @@ impl PeriodicOrbit {
         self.motion.lost(&self.pattern, self.phase, &self.flights)
     }
 
+    /// By how much the motion misses its own ends by another route than the one that made it, in parts of its size or of some units of
+    /// positions and velocities, where that is more than rounding explains.
+    pub(crate) fn missed(&self, least: [f64; 2]) -> Result<Option<f64>> {
+        let from = (&self.pattern, self.phase);
+        self.motion.missed(from, &self.flights, least)
+    }
+
     /// Its flights.
     pub(crate) fn flights(&self) -> &[Flight] {
         &self.flights

@@ -8,7 +8,7 @@ use crate::tolerance::MARGINAL;
 use nalgebra::Complex;
 use std::f64::consts::PI;
 
-/// The circle along which it is counted.
+/// The circle next to which modes matter.
 const RADIUS: f64 = 1.0 + MARGINAL;
 /// From one point of the circle to the next the determinant turns by less than this, and the way is no longer than this part of the distance
 /// to the next multiplier of a mode.
@@ -23,15 +23,16 @@ const CIRCLE_POINTS: i32 = 400;
 const MOST_SECANTS: usize = 30;
 
 impl Pulses {
-    /// How many multipliers lie outside the unit circle; `None` where the determinant is too near to zero on it, or turns too fast.
-    pub fn n_outside(&self, train: &PulseTrain, units: &Units) -> Option<usize> {
+    /// How many multipliers lie outside the unit circle by more than a margin; `None` where the determinant is too near to zero there, or turns
+    /// too fast.
+    pub fn n_outside(&self, train: &PulseTrain, units: &Units, margin: f64) -> Option<usize> {
         if self.len() == 0 {
             // Those of the modes, which decay.
             return Some(0);
         }
         let (kernel, modes) = self.near_circle(train);
         let at = |angle: f64| {
-            let point = Complex::from_polar(RADIUS, angle);
+            let point = Complex::from_polar(1.0 + margin, angle);
             let value = kernel.equations(self, units, point).determinant();
             let near = modes.iter().map(|mode| (point - mode).norm_sqr());
             (value, near.fold(1.0, f64::min).sqrt())
@@ -182,7 +183,11 @@ mod tests {
                         assert!(off < 1e-8, "{n} {mu}: {off:e}");
                     }
                     let outside = own.iter().filter(|mu| mu.norm() > RADIUS).count();
-                    assert_eq!(pulses.n_outside(&train, &units), Some(outside), "{n}");
+                    assert_eq!(
+                        pulses.n_outside(&train, &units, MARGINAL),
+                        Some(outside),
+                        "{n}"
+                    );
                     compared += 1;
                 }
             }

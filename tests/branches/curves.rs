@@ -2,11 +2,14 @@
 
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Kind,
-    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Special, SpecialKind, Virtual,
-    bifurcation_curve, bifurcation_curve_of, paper_scene, periodic_orbits,
+    BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Harmonic,
+    Kind, LinearSystem, OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene,
+    Special, SpecialKind, Stop, Virtual, bifurcation_curve, bifurcation_curve_of, continuation,
+    paper_scene, periodic_orbits,
 };
 
 const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
@@ -317,4 +320,69 @@ fn stops_that_are_hit_together_are_a_curve() {
         go_on,
     );
     assert!(refused.is_err_and(|error| error.to_string().contains("one instant")));
+}
+
+/// Two masses, the first thrown back by its stop, so that the distance to another, across both, has a corner there.
+fn thrown(random: &mut Random) -> (Scene, DVector<f64>) {
+    let couple = random.between(0.2, 0.6);
+    let stiffness = dmatrix![1.0 + couple, -couple; -couple, 1.0 + couple];
+    let damping = &stiffness * random.between(0.02, 0.1);
+    let system = LinearSystem::new(dvector![1.0, random.between(0.5, 2.0)], damping, stiffness);
+    let force = dvector![1.0.into(), random.between(-0.5, 0.5).into()];
+    let force = Harmonic::new(force, random.between(0.6, 1.6), 0.0).expect("valid");
+    let first = Stop::new(0, random.between(0.1, 0.5), random.between(0.3, 0.9));
+    let across = dvector![1.0, random.between(-0.4, 0.4)];
+    let other = Stop::new(
+        across.clone(),
+        random.between(0.6, 1.5),
+        random.between(0.3, 0.9),
+    );
+    let stops = [first.expect("valid"), other.expect("valid")];
+    let scene = Scene::new(system.expect("valid"), force, stops);
+    (scene.expect("valid"), across)
+}
+
+#[test]
+fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there() {
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let mut curves = 0;
+    for seed in 0..40 {
+        let (scene, across) = thrown(&mut Random::new(seed));
+        let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
+        let Some(orbit) = found.expect("a search").into_iter().next() else {
+            continue;
+        };
+        if orbit.is_admissible() != Some(true) {
+            continue;
+        }
+        let room = Parameter::ClearanceOf(1);
+        let options = ContinuationOptions::default();
+        let branch = continuation(&orbit, room, (0.0, 2.0), &options, go_on);
+        let Ok(branch) = branch else { continue };
+        let corner = branch.special.iter();
+        let corner = corner.filter(|own| own.kind == SpecialKind::Corner && own.stop == Some(1));
+        for corner in corner {
+            let plane = [room, Parameter::Frequency];
+            let w = TAU / orbit.scene().period().expect("forced");
+            let between = [(0.0, 2.0), (0.9 * w, 1.1 * w)];
+            let options = ContinuationOptions {
+                max_points: 20,
+                ..Default::default()
+            };
+            let curve =
+                bifurcation_curve(CurveOf::Special(corner), plane, between, &options, go_on);
+            let curve = curve.expect("a curve");
+            assert!(curve.x.len() > 5, "{seed}: {:?}", curve.ends);
+            for (orbit, (x, y)) in curve.orbits.iter().zip(curve.x.iter().zip(&curve.y)) {
+                let w = TAU / orbit.scene().period().expect("forced");
+                assert!((w - y).abs() < 1e-12);
+                let impact = orbit.impacts()[0];
+                let gap = x - across.dot(&orbit.state(impact.time, true).0);
+                assert!(gap.abs() < 1e-9, "{seed}: {gap:e} at ({x}, {y})");
+                assert!(impact.approach > 0.0 && orbit.pattern() == &Pattern::single(0));
+            }
+            curves += 1;
+        }
+    }
+    assert!(curves >= 3, "{curves}");
 }

@@ -3,11 +3,12 @@
 use crate::random::Random;
 use crate::scenes::followed;
 use std::f64::consts::PI;
-use vibroimpact::nalgebra::{dmatrix, dvector};
+use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, EndReason, Harmonic, LinearSystem, OrbitOptions, Parameter,
-    Pattern, PeriodicOrbit, Scene, Side, SimulateOptions, Special, SpecialKind, Stop, Virtual,
-    branches, find_orbit, periodic_orbits, simulate,
+    Branch, ContinuationOptions, EndReason, EquationsOfMotion, Harmonic, LinearSystem,
+    NonlinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, Side,
+    SimulateOptions, Special, SpecialKind, Stop, Virtual, branches, find_orbit, periodic_orbits,
+    simulate,
 };
 
 /// `x'' + 2 eta x' + x = F cos w t` between stops at d and -d.
@@ -324,4 +325,104 @@ fn a_symmetric_motion_that_loses_both_impacts_leaves_the_one_without() {
     let rest = born.iter().find(|own| own.orbit.impacts().is_empty());
     let rest = rest.expect("the motion without impacts");
     assert!(rest.orbit.is_admissible() == Some(true) && !rest.is_above);
+}
+
+/// `x'' + 2 h x' + x + k max(0, x - d) = F cos w t`.
+struct Sprung {
+    h: f64,
+    stiffness: f64,
+    room: f64,
+}
+
+impl Sprung {
+    /// By how much an orbit under a force of some amplitude and frequency misses its start in a period of classical Runge-Kutta steps.
+    fn missed(&self, orbit: &PeriodicOrbit, (force, w): (f64, f64)) -> f64 {
+        let (steps, period) = (40_000, orbit.period());
+        let rate = |t: f64, [q, v]: [f64; 2]| {
+            let press = self.stiffness * (q - self.room).max(0.0);
+            let wave = force * (w * t + orbit.phase()).cos();
+            [v, wave - 2.0 * self.h * v - q - press]
+        };
+        let start = [orbit.q0()[0], orbit.v0()[0]];
+        let (mut x, dt) = (start, period / f64::from(steps));
+        for k in 0..steps {
+            let t = dt * f64::from(k);
+            let ahead = |by: [f64; 2], part: f64| [x[0] + part * by[0], x[1] + part * by[1]];
+            let a = rate(t, x);
+            let b = rate(t + 0.5 * dt, ahead(a, 0.5 * dt));
+            let c = rate(t + 0.5 * dt, ahead(b, 0.5 * dt));
+            let d = rate(t + dt, ahead(c, dt));
+            let mean = [0, 1].map(|i| (a[i] + 2.0 * (b[i] + c[i]) + d[i]) / 6.0);
+            x = ahead(mean, dt);
+        }
+        (x[0] - start[0]).abs().max((x[1] - start[1]).abs())
+    }
+}
+
+impl EquationsOfMotion for Sprung {
+    fn n_dof(&self) -> usize {
+        1
+    }
+
+    fn acceleration(&self, _: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        a[0] = -2.0 * self.h * v[0] - q[0] - self.stiffness * (q[0] - self.room).max(0.0);
+        Ok(())
+    }
+
+    fn has_mass(&self) -> bool {
+        true
+    }
+
+    fn mass(&self, _: &[f64]) -> Result<DMatrix<f64>> {
+        Ok(dmatrix![1.0])
+    }
+}
+
+#[test]
+fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
+    let (h, w, room) = (0.05, 0.6, 1.0);
+    // What the oscillator reaches alone.
+    let reach = 1.0 / ((1.0f64 - w * w).powi(2) + (2.0 * h * w).powi(2)).sqrt();
+    for stiffness in [0.5, 5.0, 40.0] {
+        let system = NonlinearSystem::new(Sprung { h, stiffness, room }).expect("valid");
+        let force = Harmonic::new(dvector![(0.5 * room / reach).into()], w, 0.0).expect("valid");
+        let scene = Scene::new(system, force, Vec::<Stop>::new()).expect("valid");
+        let (q, v) = (dvector![0.0], dvector![0.0]);
+        let run = simulate(&scene, &q, &v, (0.0, 2000.0), &SimulateOptions::default());
+        let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
+        // Half of the force at the touch, to twice as much.
+        let branch = followed(&orbit, Parameter::ForcingScale, (0.5, 4.0), &keep());
+        assert_eq!(
+            branch.ends.clone().map(|end| end.reason),
+            [EndReason::Range; 2],
+            "{stiffness}"
+        );
+        assert!(pitchforks(&branch).is_empty(), "{stiffness}");
+        for (orbit, factor) in branch.orbits.iter().zip(&branch.parameter) {
+            let own = Sprung { h, stiffness, room };
+            let off = own.missed(orbit, (0.5 * factor * room / reach, w));
+            assert!(off < 1e-6, "{stiffness}, {factor}: {off:e}");
+            let [far, back] = [1.0, -1.0].map(|side| {
+                let times = (0..400).map(|k| orbit.period() * f64::from(k) / 400.0);
+                times
+                    .map(|t| side * orbit.state(t, false).0[0])
+                    .fold(0.0, f64::max)
+            });
+            if *factor < 2.0 - 1e-6 {
+                assert!((far / (0.5 * factor * room) - 1.0).abs() < 1e-3, "{far}");
+                assert!((far / back - 1.0).abs() < 1e-3 && orbit.mirrored().is_ok());
+            } else if *factor > 2.05 {
+                assert!((far / back - 1.0).abs() > 1e-3, "{stiffness}, {factor}");
+                assert!(orbit.mirrored().is_err(), "{stiffness}, {factor}");
+            }
+        }
+        let kept = ContinuationOptions {
+            symmetric: Some(true),
+            ..keep()
+        };
+        let kept = followed(&orbit, Parameter::ForcingScale, (0.5, 4.0), &kept);
+        assert_eq!(kept.ends[1].reason, EndReason::Domain, "{stiffness}");
+        let last = kept.parameter.last().expect("points");
+        assert!((last - 2.0).abs() < 1e-3, "{stiffness}: {last}");
+    }
 }

@@ -766,3 +766,61 @@ def test_many_modes_are_counted():
     assert np.abs(turn.orbit.floquet_multipliers - on_circle).min() < 1e-6
     with pytest.raises(ValueError, match="only counted"):
         vi.plot.multiplier_paths(branch)
+
+
+def coupled(frequency):
+    """Two coordinates before two stops, with branches that begin where many impacts of a motion have little speed."""
+    mass = [[1.357412237571844, 0.061958375723063515], [0.06195837572306351, 0.9450124426375573]]
+    damping = [[0.11370486761505981, -0.007027803175869809], [-0.007027803175869809, 0.2239481956067742]]
+    stiffness = [[0.9823686501477664, -0.5198928884781571], [-0.5198928884781571, 1.0044329199885143]]
+    force = vi.Harmonic([-0.5982737052647857, -1.078591914465919], frequency, -2.9573894513460326)
+    first = vi.Stop([-0.17200310675103822, -0.7118377848898774], 0.2203899210466979, 0.4, reaction="coordinate")
+    second = vi.Stop([0.6112208900812348, 1.4668776242995478], 0.41725498884757306, 0.9)
+    return vi.Scene(vi.LinearSystem(mass, damping, stiffness), force, [first, second])
+
+
+def born_from(orbit, between, depth):
+    """Follow an orbit and what is born at its boundaries."""
+    branch = vi.continuation(orbit, "frequency", between)
+    found = [branch]
+    for point in branch.special if depth > 0 else ():
+        for candidate in point.branches() if point.kind in ("graze", "lost_impact") else ():
+            if candidate.is_admissible:
+                found += born_from(candidate, between, depth - 1)
+    return found
+
+
+def test_an_orbit_at_a_value_is_one_of_that_value():
+    """Its scene has the value, whatever lies between the points: the branches begin at boundaries, next to which they turn sharply."""
+    scene = coupled(2.220121579365262).replace(phase=1.1248965871357546)
+    guess = ([-0.10207070952211138, -0.2849433483388223], [-0.053685485848322945, 0.12338877575763393])
+    first = vi.find_orbit(scene, guess, 1)
+    asked = 0
+    for branch in born_from(first, (1.9542477456158283, 2.777006666326989), 2):
+        ends = branch.parameter[:2], branch.parameter[-2:]
+        values = np.concatenate([np.linspace(*sorted(pair), 7)[1:-1] for pair in ends])
+        for value in values:
+            for orbit in branch.at(float(value)):
+                asked += 1
+                assert abs(orbit.scene.forcing.frequency - value) <= 1e-12 * value
+                np.testing.assert_allclose(orbit.period, 2.0 * np.pi * orbit.n_periods / value, rtol=1e-12)
+    assert asked > 50
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_passages_of_a_fold_have_the_values_that_are_asked_for(seed):
+    """Of one mass before a stop at both passages of its fold, near it too: the scene has the value, and the motion closes in it."""
+    rng = np.random.default_rng(seed)
+    damping, restitution, clearance = rng.uniform(0.05, 0.3), rng.uniform(0.4, 0.95), -rng.uniform(0.2, 1.0)
+    frequency = rng.uniform(2.1, 2.9)
+    scene = vi.Scene(vi.LinearSystem([1.0], damping, 1.0), vi.Harmonic([10.0], frequency), vi.Stop(0, clearance, restitution))
+    orbits = vi.periodic_orbits(scene, [0])
+    if not len(orbits):
+        pytest.skip("no orbit")
+    branch = vi.continuation(orbits[0], "forcing_scale", (0.01, 1.5), virtual="keep")
+    ends = [float(branch.parameter.min()), float(branch.parameter.max())]
+    for value in [*rng.uniform(*ends, 6), ends[0] + 1e-9 * (ends[1] - ends[0])]:
+        for orbit in branch.at(float(value)):
+            np.testing.assert_allclose(np.abs(orbit.scene.forcing.amplitude), 10.0 * value, rtol=1e-13)
+            run = vi.simulate(orbit.scene.replace(stops=[]), orbit.q0, orbit.v0, (0.0, orbit.period))
+            np.testing.assert_allclose(run.final[0], orbit.q0, atol=1e-9 * orbit.max_displacement.max())

@@ -2,11 +2,11 @@
 
 use crate::chain::{Chain, Face, Kind};
 use crate::plant::Plant;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use vibroimpact::nalgebra::Complex;
 use vibroimpact::{
-    BaseMotion, Constraint, Forcing, Harmonic, LinearSystem, Parameter, PendulumChain, Scene, Side,
-    Stop, Wall, WallSide,
+    BaseMotion, Constraint, EquationsOfMotion, Forcing, Harmonic, LinearSystem, NonlinearSystem,
+    Parameter, PendulumChain, Result, Scene, Side, Stop, Wall, WallSide,
 };
 
 /// A number that a branch is followed over.
@@ -154,8 +154,10 @@ impl Body {
                     swing + x[chain.n()..].iter().map(|v| v.abs()).sum::<f64>()
                 }
                 Self::Plant(plant) => {
-                    let norm = |matrix: &nalgebra::DMatrix<f64>| (&plant.inverse * matrix).norm();
-                    norm(&plant.stiffness).sqrt() + norm(&plant.damping)
+                    let norm = |matrix: &DMatrix<f64>| (&plant.inverse * matrix).norm();
+                    let hard: f64 = plant.pads.iter().map(|pad| pad.stiffness).sum();
+                    let hard = hard * plant.inverse.norm();
+                    (norm(&plant.stiffness) + hard).sqrt() + norm(&plant.damping)
                 }
             }
     }
@@ -213,9 +215,9 @@ impl Body {
     }
 
     /// The scene as the library has it.
-    pub fn scene(&self) -> vibroimpact::Result<Scene> {
+    pub fn scene(&self) -> Result<Scene> {
         let stops = self.faces().iter().map(constraint);
-        let stops = stops.collect::<vibroimpact::Result<Vec<Constraint>>>()?;
+        let stops = stops.collect::<Result<Vec<Constraint>>>()?;
         match self {
             Self::Chain(chain) => {
                 let forcing = match chain.base {
@@ -238,14 +240,47 @@ impl Body {
                 };
                 let [mass, damping, stiffness] =
                     [&plant.mass, &plant.damping, &plant.stiffness].map(Clone::clone);
-                Scene::new(LinearSystem::new(mass, damping, stiffness)?, forcing, stops)
+                if plant.pads.is_empty() {
+                    return Scene::new(
+                        LinearSystem::new(mass, damping, stiffness)?,
+                        forcing,
+                        stops,
+                    );
+                }
+                let inner = Inner(Plant {
+                    force: DVector::zeros(self.n()),
+                    ..plant.clone()
+                });
+                Scene::new(NonlinearSystem::new(inner)?, forcing, stops)
             }
         }
     }
 }
 
+/// The equations of a plant without its force, for the library.
+struct Inner(Plant);
+
+impl EquationsOfMotion for Inner {
+    fn n_dof(&self) -> usize {
+        self.0.force.len()
+    }
+
+    fn acceleration(&self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        a.copy_from_slice(self.0.acceleration(t, q, v, None).0.as_slice());
+        Ok(())
+    }
+
+    fn has_mass(&self) -> bool {
+        true
+    }
+
+    fn mass(&self, _: &[f64]) -> Result<DMatrix<f64>> {
+        Ok(self.0.mass.clone())
+    }
+}
+
 /// A face as the library has it: planes on one coordinate by that and their side.
-fn constraint(face: &Face) -> vibroimpact::Result<Constraint> {
+fn constraint(face: &Face) -> Result<Constraint> {
     match &face.kind {
         Kind::Wall { bob, at, side } => {
             let side = if *side > 0.0 {

@@ -171,3 +171,22 @@ pub fn apart(orbit: &PeriodicOrbit, look: &Look<'_>) -> Option<f64> {
     let gaps = faces.map(|face| look.body.gap(face, &end).abs() / look.reach(face));
     Some(gaps[0].max(gaps[1]))
 }
+
+/// By how much a stop is not reached at an impact on another, in parts of its reach: of all impacts the one that is nearest to it.
+pub fn reached(orbit: &PeriodicOrbit, look: &Look<'_>, stop: usize) -> Option<f64> {
+    let (impacts, period) = (orbit.impacts(), orbit.period());
+    let gaps = impacts.iter().enumerate().map(|(k, own)| {
+        let before = impacts[(k + impacts.len() - 1) % impacts.len()].time;
+        let span = (own.time - before).rem_euclid(period);
+        let span = if impacts.len() == 1 { period } else { span };
+        let start = look.state(before, false);
+        let end = moved(&look.body, None, (before, &start), before + span);
+        look.body.gap(stop, &end).abs() / look.reach(stop)
+    });
+    gaps.min_by(f64::total_cmp)
+}
+
+/// By how much a corner is none: of two impacts, or of one at which another stop is reached.
+pub fn cornered(orbit: &PeriodicOrbit, look: &Look<'_>, stop: Option<usize>) -> Option<f64> {
+    apart(orbit, look).or_else(|| reached(orbit, look, stop?))
+}

@@ -10,6 +10,22 @@ const ROUNDED: f64 = 1e-14;
 /// A loop closes to 1e-11: over a speed of this part of the fastest that is a hundredth.
 const NEARLY_LOST: f64 = 1e-9;
 
+/// Others are next to the circle at a special point if they are so near.
+const BESIDE: f64 = 1e-5;
+/// Steps shorter than this are not divided.
+const UNDIVIDED: f64 = 1e-5;
+
+fn is_bifurcation(kind: SpecialKind) -> bool {
+    matches!(
+        kind,
+        SpecialKind::Fold
+            | SpecialKind::Pitchfork
+            | SpecialKind::BranchPoint
+            | SpecialKind::PeriodDoubling
+            | SpecialKind::Torus
+    )
+}
+
 /// How many multipliers are outside the unit circle, real and above 1, real and below -1; none where one of them is next to it.
 fn outside(all: &[Complex<f64>]) -> Option<[usize; 3]> {
     let largest = all.iter().map(|mu| mu.norm()).fold(0.0, f64::max);
@@ -66,7 +82,15 @@ pub fn difference(branch: &Branch) -> (Option<String>, [usize; 2]) {
         let lost = lost(&branch.orbits[k - 1], &branch.orbits[k]);
         let most = ones + minus + 2 * number(&[SpecialKind::Torus]);
         let is_even = |a: usize, b: usize| (a + b).is_multiple_of(2);
-        let agrees = one[0].abs_diff(other[0]) <= most
+        let own: Vec<&Special> = branch
+            .special
+            .iter()
+            .filter(|own| within.contains(&own.arclength) && !is_of_a_release(own))
+            .filter(|own| is_bifurcation(own.kind))
+            .collect();
+        let is_long = branch.arclength[k] - branch.arclength[k - 1] > UNDIVIDED;
+        let agrees = (!is_long || are_followed(one[0], &own, other[0]) != Some(false))
+            && one[0].abs_diff(other[0]) <= most
             && is_even(one[1].abs_diff(other[1]), ones + lost)
             && is_even(one[2].abs_diff(other[2]), minus + lost);
         if !agrees {
@@ -102,6 +126,37 @@ fn is_nearly_lost(orbit: &PeriodicOrbit) -> bool {
     let speeds = orbit.impacts().iter().map(|own| own.approach.abs());
     let fastest = speeds.clone().fold(0.0, f64::max);
     speeds.fold(f64::INFINITY, f64::min) < NEARLY_LOST * fastest
+}
+
+/// Whether the multipliers outside the circle behind some special points in their order are as many as they are said to be, each crossing
+/// outwards or inwards as the others at its own orbit leave it no choice; `None` where others are next to the circle there.
+fn are_followed(before: usize, special: &[&Special], after: usize) -> Option<bool> {
+    let mut outside = before;
+    for own in special {
+        let (number, crossing) = match own.kind {
+            SpecialKind::PeriodDoubling => (Some(-1.0), 1),
+            SpecialKind::Torus => (None, 2),
+            _ => (Some(1.0), 1),
+        };
+        let stability = own.orbit.stability().ok()?;
+        let order = stability.orders.first()?;
+        let mut all: Vec<Complex<f64>> = order.multipliers.iter().copied().collect();
+        let off = |mu: &Complex<f64>| {
+            number.map_or((mu.norm() - 1.0).abs(), |number| (mu - number).norm())
+        };
+        all.sort_by(|a, b| off(a).total_cmp(&off(b)));
+        let others = &all[crossing..];
+        if others.iter().any(|mu| (mu.norm() - 1.0).abs() < BESIDE) {
+            return None;
+        }
+        let own = others.iter().filter(|mu| mu.norm() > 1.0).count();
+        outside = match outside.checked_sub(own) {
+            Some(0) => own + crossing,
+            Some(most) if most == crossing => own,
+            _ => return Some(false),
+        };
+    }
+    Some(outside == after)
 }
 
 /// Where the number turns back and there is no fold, or one where it does not.

@@ -123,7 +123,7 @@ fn check_point(
 ) -> Result<(), String> {
     let orbit = &curve.orbits[k];
     let Some(kind) = curve.kind.filter(|kind| *kind != SpecialKind::Corner) else {
-        let off = condition::apart(orbit, &Look::alone(orbit, body));
+        let off = condition::cornered(orbit, &Look::alone(orbit, body), stop);
         let off = off.ok_or("two stops that are not hit at one instant")?;
         tally.saw("stops hit together", off);
         return within(off, TOUCHED);

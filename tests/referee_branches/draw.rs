@@ -2,9 +2,9 @@
 
 use crate::body::{Body, Number};
 use crate::chain::{Chain, Face, Kind, damped};
-use crate::plant::Plant;
+use crate::plant::{Pad, Plant};
 use crate::random::Random;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 pub fn restitution(random: &mut Random) -> f64 {
     match random.below(8) {
@@ -155,7 +155,60 @@ pub fn plant(n: usize, random: &mut Random) -> Body {
         force,
         wave: Some([random.between(0.5, 3.0), phase]),
         faces,
+        pads: Vec::new(),
     })
+}
+
+/// A linear system of so many degrees that is shaken, and reaches a spring on one side of it, or one on each of two alike, at about the
+/// amplitude that it has without.
+pub fn sprung(n: usize, random: &mut Random) -> Body {
+    let Body::Plant(mut plant) = plant(n, random) else {
+        unreachable!("a plant is drawn")
+    };
+    plant.faces.clear();
+    let [w, _] = plant.wave.expect("shaken");
+    let dynamic = DMatrix::from_fn(n, n, |i, j| {
+        let real = plant.stiffness[(i, j)] - w * w * plant.mass[(i, j)];
+        Complex::new(real, w * plant.damping[(i, j)])
+    });
+    let steady = dynamic.lu().solve(&plant.force.map(Complex::from));
+    let at = random.below(n);
+    let far = steady.expect("damped")[at].norm();
+    let (room, stiffness) = (far * random.between(0.9, 1.3), random.log(0.5, 40.0));
+    let sides: &[f64] = if random.chance(30) {
+        &[1.0, -1.0]
+    } else {
+        &[1.0]
+    };
+    plant.pads = sides
+        .iter()
+        .map(|side| Pad {
+            normal: (0..n).map(|i| if i == at { *side } else { 0.0 }).collect(),
+            room,
+            stiffness,
+        })
+        .collect();
+    Body::Plant(plant)
+}
+
+/// A linear system before a stop on which it stays, and another that throws it off.
+pub fn staying(random: &mut Random) -> Body {
+    let Body::Plant(mut plant) = plant(2, random) else {
+        unreachable!("a plant is drawn")
+    };
+    let face = |at: usize, side: f64, restitution: f64, random: &mut Random| {
+        let mut normal = vec![0.0; 2];
+        normal[at] = side;
+        normal[1 - at] = random.between(-0.5, 0.5);
+        let clearance = random.between(0.0, 0.3);
+        let kind = Kind::Plane { normal, clearance };
+        Face { kind, restitution }
+    };
+    let (first, second) = (sign(random), sign(random));
+    let lively = random.between(0.2, 0.9);
+    plant.faces = vec![face(0, first, 0.0, random), face(1, second, lively, random)];
+    plant.force *= random.between(1.0, 4.0);
+    Body::Plant(plant)
 }
 
 /// A number to follow an orbit over, and its range.

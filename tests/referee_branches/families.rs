@@ -67,6 +67,7 @@ fn conservative(random: &mut Random) -> Body {
             force: DVector::zeros(n),
             wave: None,
             faces: faces(random, 1.0),
+            pads: Vec::new(),
         });
     }
     let mut some =
@@ -288,6 +289,7 @@ fn check_fed(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
             kind,
             restitution: random.between(0.2, 0.7),
         }],
+        pads: Vec::new(),
     });
     let scene = body.scene().expect("valid");
     let (q, v) = (DVector::zeros(1), DVector::from_element(1, 0.5));

@@ -96,8 +96,8 @@ fn check_multipliers(look: &Look<'_>, map: &Map<'_, '_>, tally: &mut Tally) -> R
 fn check_special(special: &Special, body: &Body, tally: &mut Tally) -> Result<(), String> {
     if special.kind == SpecialKind::Corner {
         let orbit = &special.orbit;
-        let off = condition::apart(orbit, &Look::alone(orbit, body));
-        let off = off.ok_or("a corner of impacts that are apart")?;
+        let off = condition::cornered(orbit, &Look::alone(orbit, body), special.stop);
+        let off = off.ok_or("a corner without an impact")?;
         tally.saw("corner", off);
         let wrong = format!("a corner at {} is off by {off:e}", special.parameter);
         return if off > SPECIAL { Err(wrong) } else { Ok(()) };

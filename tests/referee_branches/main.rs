@@ -13,6 +13,7 @@ mod draw;
 mod extrapolated;
 mod families;
 mod flights;
+mod followed;
 mod integrated;
 mod library;
 mod look;
@@ -26,6 +27,7 @@ mod rules;
 mod script;
 #[path = "../common/soak.rs"]
 mod soak;
+mod stays;
 mod stepper;
 mod tally;
 mod tori;
@@ -79,6 +81,33 @@ fn branches_of_pendulums_are_what_the_referee_says() {
         ("multipliers that crossed", 20),
     ];
     check(cases, &tally, &wanted);
+}
+
+#[test]
+fn branches_of_linear_systems_are_what_the_referee_says() {
+    let cases = Cases::new(7, 40);
+    let tally = compared("branches of linear systems", cases, followed::check_linear);
+    let wanted = [
+        ("branches", 80),
+        ("points", 1500),
+        ("pairs of points", 1000),
+        ("multipliers that crossed", 20),
+    ];
+    check(cases, &tally, &wanted);
+}
+
+#[test]
+fn branches_beside_springs_close_as_the_referee_says() {
+    let cases = Cases::new(8, 5);
+    let tally = compared("branches beside springs", cases, followed::check_sprung);
+    check(cases, &tally, &[("branches", 50), ("points", 800)]);
+}
+
+#[test]
+fn stays_that_are_cut_push_to_their_ends() {
+    let cases = Cases::new(9, 150);
+    let tally = compared("stays", cases, stays::check);
+    check(cases, &tally, &[("cut stays", 50), ("stays", 10)]);
 }
 
 #[test]

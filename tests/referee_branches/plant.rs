@@ -15,6 +15,28 @@ pub struct Plant {
     /// The frequency and the phase of the force.
     pub wave: Option<[f64; 2]>,
     pub faces: Vec<Face>,
+    /// What it presses against.
+    pub pads: Vec<Pad>,
+}
+
+/// A spring on one side: it presses back along its normal where the motion is farther along that than its room.
+#[derive(Debug, Clone)]
+pub struct Pad {
+    pub normal: Vec<f64>,
+    pub room: f64,
+    pub stiffness: f64,
+}
+
+impl Pad {
+    /// How far it is pressed, below zero where it is not reached.
+    pub fn pressed(&self, q: &[f64]) -> f64 {
+        self.along(q) - self.room
+    }
+
+    /// A position or a velocity along its normal.
+    pub fn along(&self, x: &[f64]) -> f64 {
+        self.normal.iter().zip(x).map(|(n, x)| n * x).sum()
+    }
 }
 
 impl Plant {
@@ -58,7 +80,8 @@ impl Plant {
             let inner = (0..q.len())
                 .map(|j| self.stiffness[(i, j)] * q[j] + self.damping[(i, j)] * v[j])
                 .sum::<f64>();
-            self.force[i] * wave - inner
+            let press = |pad: &Pad| pad.normal[i] * pad.stiffness * pad.pressed(q).max(0.0);
+            self.force[i] * wave - inner - self.pads.iter().map(press).sum::<f64>()
         });
         let free = &self.inverse * force;
         let Some(face) = held else {

@@ -19,6 +19,52 @@ pub fn step(body: &Body, held: Option<usize>, (t, x): (f64, &[f64]), dt: f64) ->
     extrapolated(slope, (t, x), dt)
 }
 
+/// Looks of a step at what bends on it, the first a little behind its start.
+const LOOKS: usize = 4;
+const BEHIND: f64 = 1e-6;
+
+/// When a spring on one side is first reached or left in a step.
+fn first_kink(body: &Body, held: Option<usize>, (t, x): (f64, &[f64]), dt: f64) -> Option<f64> {
+    let Body::Plant(plant) = body else {
+        return None;
+    };
+    let n = body.n();
+    let kinks = plant.pads.iter().filter_map(|pad| {
+        let state = |s: f64| step(body, held, (t, x), s);
+        let pressed = |s: f64| pad.pressed(&state(s)[..n]);
+        let rate = |s: f64| pad.along(&state(s)[n..]);
+        // What is far off at both ends, and goes there and back no faster, is not met between.
+        let [near, fast] = [0.0, dt]
+            .map(|s| [pressed(s), rate(s)])
+            .iter()
+            .fold([f64::INFINITY, 0.0f64], |[near, fast], [p, r]| {
+                [near.min(p.abs()), fast.max(r.abs())]
+            });
+        if near > 2.0 * fast * dt.abs() && (pressed(0.0) > 0.0) == (pressed(dt) > 0.0) {
+            return None;
+        }
+        let mut from = BEHIND * dt;
+        let (is_pressed, mut was_rising) = (pressed(from) > 0.0, rate(from) > 0.0);
+        for k in 1..=LOOKS {
+            let to = dt * k as f64 / LOOKS as f64;
+            if (pressed(to) > 0.0) != is_pressed {
+                return Some(zero(pressed, from, to));
+            }
+            let is_rising = rate(to) > 0.0;
+            // Towards the other side and back between two looks.
+            if was_rising != is_rising && was_rising != is_pressed {
+                let turn = zero(rate, from, to);
+                if (pressed(turn) > 0.0) != is_pressed {
+                    return Some(zero(pressed, from, turn));
+                }
+            }
+            (from, was_rising) = (to, is_rising);
+        }
+        None
+    });
+    kinks.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
 /// The times of a motion from one to another and its states there, a step from each other; the start is the first.
 pub fn motion(
     body: &Body,
@@ -43,6 +89,13 @@ pub fn motion(
             done + (1.0 - done) / count
         };
         let dt = t + next * span - now;
+        if let Some(early) = first_kink(body, held, (*now, x), dt) {
+            // A step ends where the forces bend.
+            let ahead = (now + early, step(body, held, (*now, x), early));
+            done = (ahead.0 - t) / span;
+            all.push(ahead);
+            continue;
+        }
         let ahead = (t + next * span, step(body, held, (*now, x), dt));
         all.push(ahead);
         done = next;

@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{Event, PeriodicOrbit};
 
+/// A stop is hit at a corner if one of its impacts is no farther from it than this part of the period.
+const AT_CORNER: f64 = 1e-6;
+
 /// What a curve is followed from.
 #[derive(Debug, Clone, Copy)]
 pub enum CurveOf<'a> {
@@ -70,6 +73,12 @@ pub(super) fn begun<'a>(
                     instant.ok_or_else(|| refused("a lost impact that the orbit has not"))?;
                 (Condition::NoSpeed(instant), (whole, place))
             }
+            (SpecialKind::Corner, Some(touch)) if !is_hit(&whole, &place, touch) => {
+                let instant = nearest_strike(&whole, &place, touch.1);
+                let instant = instant.ok_or_else(|| refused("a corner without an impact"))?;
+                let stop = touch.0;
+                (Condition::Reached { stop, instant }, (whole, place))
+            }
             (SpecialKind::Corner, _) => {
                 let together = together(&whole, &place)?;
                 let together = together.ok_or_else(|| {
@@ -100,6 +109,28 @@ fn refused(what: &str) -> Error {
     let rule = "a curve there is of a fold, a period_doubling, a torus, a pitchfork, a graze, a lost_impact, a corner, or of an orbit that hits \
                 stops at one instant";
     Error::bad_value("special", what, rule)
+}
+
+/// How far an instant is from a time that counts from the first, in parts of the period.
+fn apart(family: &Family<'_>, place: &Place, (instant, time): (usize, f64)) -> f64 {
+    let whole = period(&place.state);
+    let own = family.instants(&place.state)[instant].time - place.state.times[0];
+    let late = (time - own).rem_euclid(whole);
+    late.min(whole - late) / whole
+}
+
+/// Whether a stop of a corner is hit there, and not only reached where another is hit.
+fn is_hit(family: &Family<'_>, place: &Place, (stop, time): (usize, f64)) -> bool {
+    let own = family.instant_of(place, (stop, place.state.times[0] + time));
+    own.is_some_and(|instant| apart(family, place, (instant, time)) <= AT_CORNER)
+}
+
+/// The impact that is nearest to a time.
+fn nearest_strike(family: &Family<'_>, place: &Place, time: f64) -> Option<usize> {
+    let stages = family.signature.stages.iter().enumerate();
+    let strikes = stages.filter(|(_, stage)| matches!(stage.event, Event::Strike(_)));
+    let each = strikes.map(|(instant, _)| (apart(family, place, (instant, time)), instant));
+    each.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
 }
 
 /// A loop whose two stops of a corner are hit at one instant.

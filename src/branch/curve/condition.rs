@@ -15,6 +15,8 @@ pub(super) enum Condition {
     OnCircle,
     /// The impact of an instant has no speed.
     NoSpeed(usize),
+    /// A stop is reached at an instant at which others are hit, and not hit.
+    Reached { stop: usize, instant: usize },
     /// Stops are hit at one instant, which the equations of the loop say themselves.
     Together,
 }
@@ -39,6 +41,7 @@ impl Condition {
                 pair_of_product_one(&own).map_or(f64::NAN, |pair| pair.product.ln())
             }
             Self::NoSpeed(instant) => family.approach(place, instant)? / family.units.velocity,
+            Self::Reached { stop, instant } => family.gap_at(place, (stop, instant))?,
             Self::Together => return Ok(None),
         };
         Ok(Some((value, 0.0)))

@@ -1,6 +1,7 @@
 //! `bifurcation_curve`: from a special point to the curve in the plane of two numbers that it is on.
 
 use crate::branch::curve::begun::{CurveOf, begun};
+use crate::branch::curve::condition::Condition;
 use crate::branch::curve::corrector::weighted;
 use crate::branch::curve::one::{BifurcationCurve, CurvePoint};
 use crate::branch::curve::plane::{Plane, Spot};
@@ -21,8 +22,8 @@ const ELSEWHERE: f64 = 1e-4;
 /// without speed and corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by
 /// arclength.
 ///
-/// A curve of grazes shows the orbits that touch; one of corners those that hit both stops at once. It is followed wherever its equations
-/// go: whether its orbits keep the rules of contact is said by each.
+/// A curve of grazes shows the orbits that touch; one of corners those that hit both stops at once, or, where one is hit alone, those that reach
+/// the other there. It is followed wherever its equations go: whether its orbits keep the rules of contact is said by each.
 ///
 /// # Errors
 /// A crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](crate::continuation), with
@@ -95,6 +96,13 @@ pub fn bifurcation_curve_of(
     }
     let (plane, spot) = begun(of, make, start, between)?;
     let open = plane.along(0, &spot, |family| family.mismatch(&spot.place))?;
+    if open > ELSEWHERE && plane.condition == Condition::Together && of.kind().is_some() {
+        let rule = format!(
+            "its stops are coupled: hit at one instant they give the motion another velocity than one after the other, and it does not close (by {})",
+            digits(open)
+        );
+        return Err(Error::bad_value("special", "a corner", rule));
+    }
     if open > ELSEWHERE {
         let rule = format!(
             "the scene of ({}, {}) is not that of the orbit, which does not close in it (by {})",

@@ -7,7 +7,7 @@ use crate::branch::family::{Family, Recent, span_of, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use crate::orbit::{PeriodicOrbit, ScaledUnits, Signature};
+use crate::orbit::{Breach, PeriodicOrbit, Rule, ScaledUnits, Signature};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 
@@ -180,6 +180,12 @@ impl Plane<'_> {
     pub fn is_virtual(&self, spot: &Spot, orbit: &PeriodicOrbit) -> Result<bool> {
         Ok(match self.condition {
             Condition::NoSpeed(_) if !self.is_touch => is_broken(&self.judged(spot)?),
+            // That it is reached is what the curve is of.
+            Condition::Reached { stop, .. } => {
+                let is_own =
+                    |own: Breach| own.stop == stop && matches!(own.rule, Rule::Reached { .. });
+                is_broken(orbit) && !orbit.breach().is_some_and(is_own)
+            }
             _ => is_broken(orbit),
         })
     }

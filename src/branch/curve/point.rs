@@ -74,7 +74,7 @@ pub(super) fn indicators(plane: &Plane<'_>, found: &Found) -> Result<Vec<(&'stat
                 all.push(("resonant_graze", test(-1.0)?));
                 all.push(("degenerate_graze", family.opening(place, instant)?));
             }
-            Condition::Together => all.push(("graze_corner", slowest)),
+            Condition::Together | Condition::Reached { .. } => all.push(("graze_corner", slowest)),
         }
         Ok(all)
     })

@@ -115,7 +115,17 @@ fn advance(plane: &Plane<'_>, from: &Point, ahead: (f64, Option<(usize, f64)>)) 
         Ok(factor) => {
             let gone = length(&chord(plane, &from.found.spot, &found.spot));
             let point = Point::at(plane, found, from.arclength + gone)?;
-            Advance::Point(Box::new(point), factor)
+            let least = [plane.units.position, plane.units.velocity];
+            match point.orbit.missed(least)? {
+                None => Advance::Point(Box::new(point), factor),
+                Some(by) => {
+                    let detail = format!(
+                        "the motion, followed once more by another route, misses its beginning by {}",
+                        digits(by)
+                    );
+                    Advance::Refused(BranchEnd::new(EndReason::Step, detail))
+                }
+            }
         }
         Err(reason) => Advance::Refused(BranchEnd::new(EndReason::Step, reason.to_owned())),
     })

@@ -104,6 +104,7 @@ enum Refusal {
     Touched(Touch),
     Coupled(usize, usize),
     TooManyTogether,
+    Outgrown,
 }
 
 impl Refusal {
@@ -119,6 +120,9 @@ impl Refusal {
                 "stops {a} and {b} are hit together and are coupled by inertia: which is hit first changes the \
                  outcome, so the return map is discontinuous there"
             ),
+            Self::Outgrown => {
+                "deviations outgrow the largest number within a period: the return map has no derivative in doubles".to_owned()
+            }
             Self::TooManyTogether => {
                 format!("more than {MOST_TOGETHER} stops are hit together: their orders are too many to follow")
             }
@@ -179,11 +183,15 @@ pub(crate) fn refused(
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
 ) -> Option<Stability> {
-    refusal(pattern, found, is_coupled).map(|refusal| Stability {
+    refusal(pattern, found, is_coupled).map(without_multipliers)
+}
+
+fn without_multipliers(refusal: Refusal) -> Stability {
+    Stability {
         is_stable: None,
         reason: refusal.describe(),
         orders: Vec::new(),
-    })
+    }
 }
 
 /// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.
@@ -194,6 +202,9 @@ pub(crate) fn over_orders(
     let mut results = Vec::new();
     for order in orders(pattern) {
         let monodromy = monodromy(&order)?;
+        if !monodromy.iter().all(|x| x.is_finite()) {
+            return Ok(without_multipliers(Refusal::Outgrown));
+        }
         let mut multipliers: Vec<Complex<f64>> = eigen::eigenvalues(&monodromy)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         results.push(OrderMultipliers {
@@ -232,7 +243,11 @@ pub(crate) fn largest_multiplier(
     }
     let mut largest = 0.0f64;
     for order in orders(pattern) {
-        let multipliers = eigen::eigenvalues(&monodromy(scene, &order, phase, flights)?)?;
+        let monodromy = monodromy(scene, &order, phase, flights)?;
+        if !monodromy.iter().all(|x| x.is_finite()) {
+            return Ok(None);
+        }
+        let multipliers = eigen::eigenvalues(&monodromy)?;
         largest = multipliers.iter().map(|z| z.norm()).fold(largest, f64::max);
         observer.work(multipliers.len().pow(3))?;
     }

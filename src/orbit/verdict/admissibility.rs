@@ -36,6 +36,8 @@ pub(crate) enum Rule {
     Pulls { impulse: f64 },
     /// The stop is left at an impact, not approached.
     Leaves { approach: f64 },
+    /// The stop is neither approached nor left but for rounding: a touch, which is no impact.
+    Touches { approach: f64 },
     /// The stop is reached together with others that are hit there, and not hit.
     Reached { approach: f64 },
     /// The stop is passed.
@@ -72,6 +74,12 @@ impl Breach {
             Rule::Leaves { approach } => {
                 format!(
                     "stop {stop} is left, not approached at its impact at t = {time:.6} ({})",
+                    digits(approach)
+                )
+            }
+            Rule::Touches { approach } => {
+                format!(
+                    "stop {stop} is touched without speed at t = {time:.6} ({}): that is no impact",
                     digits(approach)
                 )
             }

@@ -112,6 +112,12 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         self.flow.modal_from_state(&self.state, &mut self.end);
     }
 
+    /// What a free flight comes to.
+    pub fn end(&mut self, phase: f64, flight: &Flight) -> &ModalState {
+        self.propagate(phase, flight, flight.span);
+        &self.end
+    }
+
     /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free
     /// flights, each of which begins with an instant of the pattern.
     fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {

@@ -258,37 +258,42 @@ pub(in crate::orbit) fn judge_reached(
     }
 }
 
-/// Impacts are approached and push; `slow` is the speed below which one grazes.
+/// Impacts are approached and push; `slow` is the speed below which one grazes. Where nothing that happens at an instant has more, nothing
+/// happens there.
 pub(in crate::orbit) fn judge_impacts(
     impacts: &[Impact],
     slow: impl Fn(usize) -> f64,
     found: &mut Admissibility,
 ) {
-    for &Impact {
-        stop,
-        time,
-        approach,
-        impulse,
-        ..
-    } in impacts
-    {
-        let slow = slow(stop);
-        if impulse < 0.0 {
-            found.keep_worst(Breach {
+    for instant in impacts.chunk_by(|a, b| a.time == b.time) {
+        let is_slow = |own: &Impact| own.approach.abs() <= slow(own.stop);
+        let is_touch = instant.iter().all(is_slow);
+        for own in instant {
+            let &Impact {
                 stop,
                 time,
-                depth: 0.0,
-                rule: Rule::Pulls { impulse },
-            });
-        } else if approach < -slow {
-            found.keep_worst(Breach {
-                stop,
-                time,
-                depth: 0.0,
-                rule: Rule::Leaves { approach },
-            });
-        } else if approach <= slow {
-            found.has_grazing_impact = true;
+                approach,
+                impulse,
+                ..
+            } = own;
+            let rule = if is_touch {
+                Some(Rule::Touches { approach })
+            } else if impulse < 0.0 {
+                Some(Rule::Pulls { impulse })
+            } else if approach < -slow(stop) {
+                Some(Rule::Leaves { approach })
+            } else {
+                None
+            };
+            if let Some(rule) = rule {
+                found.keep_worst(Breach {
+                    stop,
+                    time,
+                    depth: 0.0,
+                    rule,
+                });
+            }
+            found.has_grazing_impact |= is_slow(own);
         }
     }
 }

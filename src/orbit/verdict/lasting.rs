@@ -32,27 +32,41 @@ pub(crate) fn search_held(
     found: &mut Admissibility,
     observer: &mut Observer<'_>,
 ) -> Result<()> {
-    for flight in flights {
+    let following = flights.iter().cycle().skip(1);
+    for (flight, next) in flights.iter().zip(following) {
         let mode = &flight.mode;
         let known = held.iter().find(|motion| motion.stops == mode.held());
         let Some(motion) = known else { continue };
-        let (q, v) = scene.form.to_physical(&flight.after);
-        let at = Moment::of_angle(scene.frequency * flight.start + phase);
+        let angle = |t: f64| Moment::of_angle(scene.frequency * t + phase);
         with_flow!(&motion.flow, f => {
-            let mut entered = Vec::new();
-            f.state_from_modal(&motion.reduce(&q, &v, at), at, &mut entered);
+            let on_flow = |t: f64, state| {
+                let (q, v) = scene.form.to_physical(state);
+                let mut entered = Vec::new();
+                f.state_from_modal(&motion.reduce(&q, &v, angle(t)), angle(t), &mut entered);
+                entered
+            };
+            let entered = on_flow(flight.start, &flight.after);
+            let end = flight.start + flight.span;
+            let ended = on_flow(end, &flight.before_next);
             let forces = motion.stops.iter().zip(&motion.forces);
             for (&stop, force) in forces {
                 let row = f.gap_row(force);
-                let mut derivatives = Vec::new();
-                f.derivatives(&entered, &mut derivatives);
-                let margin = FORCE_MARGIN * row.model(&derivatives).size;
+                let at = |state: &[Pair]| {
+                    let mut derivatives = Vec::new();
+                    f.derivatives(state, &mut derivatives);
+                    row.model(&derivatives)
+                };
+                let margin = FORCE_MARGIN * at(&entered).size;
                 let stretch = SearchSpan { span: flight.span, margin, is_released: false };
                 let (_, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
                 found.leave_open(stop, flight.start, &check);
-                if let Some(lowest) = check.violation {
-                    let rule = Rule::Holds { force: lowest.gap };
-                    found.keep_worst(Breach { stop, time: flight.start + lowest.time, depth: 0.0, rule });
+                let lowest = check.violation.map(|lowest| (flight.start + lowest.time, lowest.gap));
+                // The search leaves the end to what ends the flight: at the stop's own release the force is zero, anywhere else it has to push.
+                let is_released = next.mode.released == Some(stop);
+                let last = Some((end, at(&ended).c[0])).filter(|(_, force)| !is_released && *force < -margin);
+                let worst = lowest.into_iter().chain(last).min_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some((time, force)) = worst {
+                    found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Holds { force } });
                 }
             }
             for (stop, gap) in motion.gaps.iter().enumerate() {
