@@ -118,7 +118,7 @@ fn depth(
 }
 
 /// The step for the motions of a scene, and the order of their differences.
-pub(super) fn step(scene: &Scene, signature: &Signature) -> (f64, Order) {
+fn step(scene: &Scene, signature: &Signature) -> (f64, Order) {
     if signature.stages.iter().any(is_chatter) {
         (CHATTER_STEP, Order::Fourth)
     } else if scene.linear_system("derivatives").is_ok() {

@@ -1,5 +1,6 @@
 //! Derivatives of periodic orbits and of runs by numbers of their scene, and orbits followed from one set of numbers to another (theory 21).
 
+mod course;
 mod following;
 mod loop_rates;
 mod measured;
@@ -9,6 +10,7 @@ mod of_orbit;
 mod of_run;
 mod rates;
 mod refusal;
+mod settled;
 mod stencil;
 
 pub use following::followed;

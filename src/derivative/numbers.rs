@@ -3,6 +3,9 @@
 use crate::error::Result;
 use crate::model::{Parameter, Scene, start_of, with_value};
 
+/// What an impact takes of a speed, below which it is no scale of the restitution any more.
+const LEAST_LOSS: f64 = 1e-3;
+
 /// Numbers of a scene.
 pub(super) struct Numbers<'a> {
     scene: &'a Scene,
@@ -34,6 +37,27 @@ impl<'a> Numbers<'a> {
             values,
             sizes,
         })
+    }
+
+    /// The same of a motion with impacts that accumulate, which they do for as long as `1/(1 - e)`.
+    pub fn accumulating(mut self) -> Self {
+        let numbers = self.parameters.iter().zip(&self.values);
+        for ((parameter, value), size) in numbers.zip(&mut self.sizes) {
+            if let Parameter::Restitution | Parameter::RestitutionOf(_) = parameter {
+                *size = (1.0 - value).max(LEAST_LOSS);
+            }
+        }
+        self
+    }
+
+    /// The same of a motion in which what turns with time turns so far, from time zero on: a frequency is felt by that.
+    pub fn turning(mut self, angle: f64) -> Self {
+        for (parameter, size) in self.parameters.iter().zip(&mut self.sizes) {
+            if *parameter == Parameter::Frequency {
+                *size /= angle.max(1.0);
+            }
+        }
+        self
     }
 
     /// The scene beside in which number i is larger.

@@ -6,8 +6,10 @@ use crate::derivative::multipliers::Multipliers;
 use crate::derivative::numbers::Numbers;
 use crate::derivative::rates::Derivatives;
 use crate::derivative::refusal::{refusal, singular};
-use crate::derivative::stencil::Node;
+use crate::derivative::settled::{Block, Settled};
+use crate::derivative::stencil::{Differences, Node, Stencil};
 use crate::error::{Error, Result};
+use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::NO_REST;
 use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
@@ -17,10 +19,13 @@ use nalgebra::{Complex, DMatrix};
 /// Derivatives at the places of one extreme agree where they differ by no more than this part of the larger.
 const AGREED: f64 = 1e-6;
 /// Where loops beside an orbit have other impacts that accumulate, steps are so much shorter, so often.
-pub(super) const BORDER: &str =
+const BORDER: &str =
     "beside the motion impacts that accumulate are others, or come to no rest: one-sided only";
-pub(super) const CLOSER: f64 = 0.1;
-pub(super) const MOST_CLOSER: usize = 3;
+const BENT: &str = "the motion does not change smoothly with it";
+/// What is unknown of the times of impacts that accumulate, in parts of the motion: rounding over the speed of the last.
+const UNKNOWN: f64 = 1e-9;
+const CLOSER: f64 = 0.1;
+const MOST_CLOSER: usize = 3;
 
 /// The derivatives of an orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
 ///
@@ -50,7 +55,11 @@ pub(super) const MOST_CLOSER: usize = 3;
 pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Derivatives> {
     let scene = orbit.scene();
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
-    let numbers = Numbers::new(scene, parameters, farthest)?;
+    let mut numbers = Numbers::new(scene, parameters, farthest)?;
+    let mut flights = orbit.flights().iter();
+    if flights.any(|flight| flight.mode.kind == SegmentKind::Chatter) {
+        numbers = numbers.accumulating();
+    }
     let make = |i: usize, offset: f64| numbers.scene(i, offset);
     by_numbers(orbit, scene, (&make, &numbers.sizes), true)
 }
@@ -109,8 +118,10 @@ struct Column {
 /// What the loops beside an orbit are.
 enum Beside {
     /// Of as many impacts.
-    Alike(Option<Column>),
+    Alike(Stencil, Differences),
     Other,
+    /// Of motions that have no derivatives.
+    Singular,
 }
 
 /// An orbit that is to be differentiated.
@@ -131,20 +142,67 @@ impl Problem<'_> {
         reasons: &mut Vec<String>,
     ) -> Result<Option<Column>> {
         let mut part = 1.0;
+        let mut settled = Settled::new(self.blocks(), UNKNOWN);
+        let mut is_alike = false;
         for _ in 0..MOST_CLOSER {
             match self.by_steps(make, (size, part), reasons) {
-                Ok(Beside::Alike(column)) => return Ok(column),
+                Ok(Beside::Alike(stencil, found)) => {
+                    is_alike = true;
+                    settled.take(&stencil, &found);
+                    if settled.is_complete() {
+                        break;
+                    }
+                }
+                Ok(Beside::Singular) => return Ok(None),
                 Ok(Beside::Other) => {}
                 Err(error) if has_no_rest(&error) => {}
                 Err(error) => return Err(error),
             }
             part *= CLOSER;
         }
-        reasons.push(BORDER.to_owned());
-        Ok(None)
+        let Some(mut measured) = settled.derivative() else {
+            reasons.push(if is_alike { BENT } else { BORDER }.to_owned());
+            return Ok(None);
+        };
+        let deviations = measured.split_off(self.count());
+        let mut extreme = |quantity: Quantity| {
+            self.extreme(quantity, &measured).unwrap_or_else(|| {
+                reasons.push(format!("{quantity} at several times: one-sided only"));
+                f64::NAN
+            })
+        };
+        Ok(Some(Column {
+            min_gap: (0..self.stops).map(|j| extreme(Quantity::Gap(j))).collect(),
+            max_displacement: (0..self.layout.n)
+                .map(|i| extreme(Quantity::Coordinate(i)))
+                .collect(),
+            multipliers: self.floquet.derivatives(self.own, &deviations),
+            measured,
+        }))
     }
 
-    /// The same by steps that are a part of the usual ones.
+    /// How many numbers are measured, but for the multipliers.
+    fn count(&self) -> usize {
+        self.layout.marks() + self.marks.len()
+    }
+
+    /// What is measured, with its units.
+    fn blocks(&self) -> Vec<Block> {
+        let (layout, units) = (self.layout, &self.own.units);
+        let mut all = vec![
+            (layout.q0().len(), units.position),
+            (layout.v0().len(), units.velocity),
+            (layout.phase().len(), 1.0),
+            (layout.period().len(), units.time),
+            (layout.times().len(), units.time),
+            (layout.speeds().len(), units.velocity),
+        ];
+        all.extend(self.marks.iter().map(|_| (1, units.position)));
+        all.push((self.floquet.n_measured(self.own), f64::INFINITY));
+        all
+    }
+
+    /// How what is measured changes, by steps that are a part of the usual ones.
     fn by_steps(
         &self,
         make: &dyn Fn(f64) -> Result<Scene>,
@@ -154,10 +212,9 @@ impl Problem<'_> {
         let rates = self.own.rates(make, size, part)?;
         if let Some(reason) = singular(self.own, &rates.of_equations) {
             reasons.push(reason.to_owned());
-            return Ok(Beside::Alike(None));
+            return Ok(Beside::Singular);
         }
-        let count = self.layout.marks() + self.marks.len();
-        let more = self.floquet.n_measured(self.own);
+        let (count, more) = (self.count(), self.floquet.n_measured(self.own));
         let there = |node: &Node| {
             let state = self.own.moved(&rates.state, node);
             self.own.in_scene(&node.scene, |shooting, units| {
@@ -169,25 +226,9 @@ impl Problem<'_> {
                 Ok(all)
             })
         };
-        let found = rates.stencil.derivative(there)?;
-        let Some(mut measured) = found.filter(|found| found.len() == count + more) else {
-            return Ok(Beside::Other);
-        };
-        let deviations = measured.split_off(count);
-        let mut extreme = |quantity: Quantity| {
-            self.extreme(quantity, &measured).unwrap_or_else(|| {
-                reasons.push(format!("{quantity} at several times: one-sided only"));
-                f64::NAN
-            })
-        };
-        Ok(Beside::Alike(Some(Column {
-            min_gap: (0..self.stops).map(|j| extreme(Quantity::Gap(j))).collect(),
-            max_displacement: (0..self.layout.n)
-                .map(|i| extreme(Quantity::Coordinate(i)))
-                .collect(),
-            multipliers: self.floquet.derivatives(self.own, &deviations),
-            measured,
-        })))
+        let found = rates.stencil.differences(there)?;
+        let found = found.filter(|found| found.derivative.len() == count + more);
+        Ok(found.map_or(Beside::Other, |found| Beside::Alike(rates.stencil, found)))
     }
 
     /// The derivative of an extreme: that of the value where it is, zero where it is that of a contact; `None` where it is reached at

@@ -2,11 +2,13 @@
 
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use nalgebra::DVector;
+use std::ops::Range;
 
 /// The scenes at the nodes of a difference, the offset of each from the number, and its weight in the derivative.
 pub(super) struct Stencil {
     pub nodes: Vec<Node>,
+    /// The distance of the nodes.
+    pub step: f64,
 }
 
 /// One of them.
@@ -14,6 +16,15 @@ pub(super) struct Node {
     pub scene: Scene,
     pub offset: f64,
     pub weight: f64,
+    /// Its weight in what the derivative has beside a difference of lower order.
+    beyond: f64,
+}
+
+/// A derivative of a list of numbers by differences.
+pub(super) struct Differences {
+    pub derivative: Vec<f64>,
+    /// What it has beside a difference of lower order.
+    pub beyond: Vec<f64>,
 }
 
 /// The order of central differences.
@@ -23,16 +34,25 @@ pub(super) enum Order {
     Fourth,
 }
 
-/// Offsets in steps and weights over them; those of one side are of second order.
+/// Offsets in steps and weights over them; those of one side are of the same order.
 const SECOND: &[(f64, f64)] = &[(-1.0, -0.5), (1.0, 0.5)];
+const AHEAD: &[(f64, f64)] = &[(0.0, -1.5), (1.0, 2.0), (2.0, -0.5)];
 const FOURTH: &[(f64, f64)] = &[
     (-2.0, 1.0 / 12.0),
     (-1.0, -2.0 / 3.0),
     (1.0, 2.0 / 3.0),
     (2.0, -1.0 / 12.0),
 ];
-const AHEAD: &[(f64, f64)] = &[(0.0, -1.5), (1.0, 2.0), (2.0, -0.5)];
-const BACK: &[(f64, f64)] = &[(0.0, 1.5), (-1.0, -2.0), (-2.0, 0.5)];
+const FOURTH_AHEAD: &[(f64, f64)] = &[
+    (0.0, -25.0 / 12.0),
+    (1.0, 4.0),
+    (2.0, -3.0),
+    (3.0, 4.0 / 3.0),
+    (4.0, -0.25),
+];
+/// What is in a derivative of fourth order at these nodes beside one of second.
+const FOURTH_BEYOND: &[f64] = &[1.0 / 12.0, -1.0 / 6.0, 1.0 / 6.0, -1.0 / 12.0];
+const AHEAD_BEYOND: &[f64] = &[-7.0 / 12.0, 2.0, -2.5, 4.0 / 3.0, -0.25];
 
 impl Stencil {
     /// The scenes about a number, each made of an offset from it; the step becomes a power of two, which moves the number exactly.
@@ -41,26 +61,31 @@ impl Stencil {
     /// Scenes that are refused on both sides; what else making them reports.
     pub fn new(make: &dyn Fn(f64) -> Result<Scene>, step: f64, order: Order) -> Result<Self> {
         let step = step.log2().round().exp2();
-        let on = |stencil: &[(f64, f64)]| -> Result<Self> {
+        let on = |stencil: &[(f64, f64)], beyond: &[f64], step: f64| -> Result<Self> {
+            let mut beyond = beyond.iter().copied();
             let node = |&(steps, weight): &(f64, f64)| {
                 let offset = steps * step;
-                let (scene, weight) = (make(offset)?, weight / step);
                 Ok(Node {
-                    scene,
+                    scene: make(offset)?,
                     offset,
-                    weight,
+                    weight: weight / step,
+                    beyond: beyond.next().unwrap_or(0.0) / step,
                 })
             };
             let nodes = stencil.iter().map(node).collect::<Result<_>>()?;
-            Ok(Self { nodes })
+            Ok(Self {
+                nodes,
+                step: step.abs(),
+            })
         };
-        let mut found = on(match order {
-            Order::Second => SECOND,
-            Order::Fourth => FOURTH,
-        });
-        for stencil in [AHEAD, BACK] {
+        let ((central, beyond), (ahead, ahead_beyond)) = match order {
+            Order::Second => ((SECOND, &[][..]), (AHEAD, &[][..])),
+            Order::Fourth => ((FOURTH, FOURTH_BEYOND), (FOURTH_AHEAD, AHEAD_BEYOND)),
+        };
+        let mut found = on(central, beyond, step);
+        for step in [step, -step] {
             if matches!(found, Err(Error::BadValue { .. })) {
-                found = on(stencil);
+                found = on(ahead, ahead_beyond, step);
             }
         }
         found
@@ -68,15 +93,51 @@ impl Stencil {
 
     /// The derivative of a list of numbers that each node has; `None` where they have not as many.
     pub fn derivative(&self, at: impl Fn(&Node) -> Result<Vec<f64>>) -> Result<Option<Vec<f64>>> {
-        let mut sum: Option<DVector<f64>> = None;
+        Ok(self.differences(at)?.map(|found| found.derivative))
+    }
+
+    /// The same beside how far it is from a difference of lower order.
+    pub fn differences(
+        &self,
+        at: impl Fn(&Node) -> Result<Vec<f64>>,
+    ) -> Result<Option<Differences>> {
+        let mut found: Option<Differences> = None;
+        let mut first = Vec::new();
         for node in &self.nodes {
-            let values = DVector::from_vec(at(node)?) * node.weight;
-            sum = match sum {
-                None => Some(values),
-                Some(sum) if sum.len() == values.len() => Some(sum + values),
-                Some(_) => return Ok(None),
-            };
+            let values = at(node)?;
+            let own = found.get_or_insert_with(|| {
+                first.clone_from(&values);
+                Differences::none(values.len())
+            });
+            if own.derivative.len() != values.len() {
+                return Ok(None);
+            }
+            // Weights have the sum zero: what is the same at all nodes has no rounding.
+            for (i, (value, first)) in values.iter().zip(&first).enumerate() {
+                own.derivative[i] += node.weight * (value - first);
+                own.beyond[i] += node.beyond * (value - first);
+            }
         }
-        Ok(sum.map(|sum| sum.as_slice().to_vec()))
+        Ok(found)
+    }
+}
+
+impl Differences {
+    fn none(len: usize) -> Self {
+        Self {
+            derivative: vec![0.0; len],
+            beyond: vec![0.0; len],
+        }
+    }
+
+    /// By what part of the largest some of them differ from those of lower order, beyond what is unknown of them.
+    pub fn misfit(&self, own: Range<usize>, unknown: f64) -> f64 {
+        let amax = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+        let (size, beyond) = (amax(&self.derivative[own.clone()]), amax(&self.beyond[own]));
+        if beyond <= unknown {
+            0.0
+        } else {
+            (beyond - unknown) / size
+        }
     }
 }

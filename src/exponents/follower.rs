@@ -5,13 +5,13 @@ use crate::error::Result;
 use crate::exponents::batches::Batches;
 use crate::exponents::frame::Frame;
 use crate::exponents::tangents::Tangents;
-use crate::hybrid::{Graze, HybridMaps, ImpactAt, SegmentKind, across_impact, across_rest};
+use crate::hybrid::{
+    Graze, HybridMaps, ImpactAt, Landing, SegmentKind, across_impact, across_rest,
+};
 use crate::impact::Impact;
-use crate::linalg::rank::pseudo_inverse;
-use crate::model::DIFFERENCE;
 use crate::observer::unless_broken_off;
 use crate::path::Path;
-use crate::tolerance::{AGREED, DEPENDENT, IMPULSE_ROUNDING, UNCOUPLED};
+use crate::tolerance::{AGREED, IMPULSE_ROUNDING, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
 /// Ratio of growths over a piece of a flight above which it is cut: the directions would lose their digits to the fastest one.
@@ -307,12 +307,9 @@ impl<T: Tangents> Follower<T> {
         }
         let columns = &mut self.frame.columns;
         let gone = self.tangents.physically(columns, |maps, state, own| {
-            let (rows, reactions) = contact_directions(maps, held, t, state)?;
-            let give = &rows * &reactions;
-            let inverse = pseudo_inverse(&give, DEPENDENT * give.amax())?;
-            let taken = reactions * (inverse * rows);
-            *own -= &taken * &*own;
-            Ok(taken.trace().round() as usize)
+            let landing = Landing::new(maps, held, t, state)?;
+            landing.take(own);
+            Ok(landing.gone())
         })?;
         self.frame
             .collapse(self.frame.columns.nrows().saturating_sub(gone));
@@ -366,35 +363,4 @@ impl Order {
         }
         Ok(found)
     }
-}
-
-/// The rows that gaps and their speeds are by (q, v), and the directions in which contact moves these, of stops that are held.
-fn contact_directions<M: HybridMaps>(
-    maps: &M,
-    held: &[usize],
-    t: f64,
-    state: &DVector<f64>,
-) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
-    let (count, n) = (held.len(), state.len() / 2);
-    let mut rows = DMatrix::zeros(2 * count, 2 * n);
-    let mut reactions = DMatrix::zeros(2 * n, 2 * count);
-    for (k, &stop) in held.iter().enumerate() {
-        let gradient = maps.gap(stop, t, state)?.gradient;
-        let reaction = maps.reaction(stop, state)?;
-        let reach = state.rows(0, n).amax();
-        let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 };
-        for j in 0..n {
-            let speed = |step: f64| -> Result<f64> {
-                let mut there = state.clone();
-                there[j] += step;
-                Ok(maps.gap(stop, t, &there)?.gradient.dot(&state.rows(n, n)))
-            };
-            rows[(count + k, j)] = (speed(step)? - speed(-step)?) / (2.0 * step);
-            rows[(k, j)] = gradient[j];
-            rows[(count + k, n + j)] = gradient[j];
-            reactions[(j, k)] = reaction[j];
-            reactions[(n + j, count + k)] = reaction[j];
-        }
-    }
-    Ok((rows, reactions))
 }

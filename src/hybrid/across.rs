@@ -6,8 +6,9 @@
 //! fixed times: `dx* - f_held dt*` (`chatter_map.rs`).
 
 use crate::error::Result;
-use crate::hybrid::chatter_map::{Timed, finish};
+use crate::hybrid::chatter_map::finish;
 use crate::hybrid::maps::HybridMaps;
+use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
 use nalgebra::{DMatrix, DVector};
 

@@ -11,7 +11,7 @@
 //!
 //! `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, `a = h''`,
 //!
-//! and then gap and normal speed are set to zero along b. What it leaves out is of second order in h'. In the limit
+//! and then gap and normal speed are set to zero along b (`landing.rs`). What it leaves out is of second order in h'. In the limit
 //! `h' -> 0` its Jacobian is `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)`: the derivatives of f, W and a come with the
 //! factor h' and vanish. Newton's method on the limit would close by the factor h' (1e-6) a step and give multipliers as good
 //! as that; the map as executed, its dependence on a included, is differentiated instead (central differences of one
@@ -25,7 +25,9 @@
 //! a later contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
-use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
+use crate::hybrid::landing::land;
+use crate::hybrid::maps::{GapAt, HybridMaps};
+use crate::hybrid::timed::Timed;
 use crate::impact::CompleteChatter;
 use crate::model::DIFFERENCE;
 use crate::tolerance::CHATTER_DEPTH;
@@ -40,16 +42,6 @@ const MOST_BOUNCES: usize = 1_000_000;
 const NEARLY_DEEP: f64 = 10.0;
 /// Newton steps to the next contact of a round.
 const MOST_STEPS: usize = 50;
-
-/// A state, its time, and deviations of both: columns `(dx, dt)`, the time's apart.
-#[derive(Debug, Clone)]
-pub(crate) struct Timed {
-    pub time: f64,
-    pub state: DVector<f64>,
-    pub deviations: DMatrix<f64>,
-    /// One for each deviation.
-    pub delays: DVector<f64>,
-}
 
 /// One impact of a sequence that accumulates.
 #[derive(Debug, Clone)]
@@ -207,7 +199,7 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
     size: f64,
     y: &mut Timed,
 ) -> Result<()> {
-    let (time, state) = rest(motion, stop, y.time, &y.state)?;
+    let (span, change) = rest(motion, stop, y.time, &y.state)?;
     for (mut column, delay) in y.deviations.column_iter_mut().zip(y.delays.iter_mut()) {
         let largest = column.amax().max(delay.abs());
         if largest == 0.0 {
@@ -218,15 +210,17 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
             let x = &y.state + &column * (sign * step);
             rest(motion, stop, y.time + sign * step * *delay, &x)
         };
+        // Of the change alone, which is small: differences of times and places would lose its digits, far from zero all of them.
         let ((t1, x1), (t0, x0)) = (moved(1.0)?, moved(-1.0)?);
-        column.copy_from(&((x1 - x0) / (2.0 * step)));
-        *delay = (t1 - t0) / (2.0 * step);
+        column += (x1 - x0) / (2.0 * step);
+        *delay += (t1 - t0) / (2.0 * step);
     }
-    (y.time, y.state) = (time, state);
-    Ok(())
+    y.time += span;
+    y.state += change;
+    land(motion, &[stop], y)
 }
 
-/// `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, then onto the stop.
+/// How long the rest takes and by what it changes a state, `((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`.
 fn rest<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
@@ -238,9 +232,7 @@ fn rest<M: HybridMaps + ?Sized>(
     let rest = sequence(motion, stop, (t, state), (&gap, &rate))?;
     let mut struck = state.clone();
     motion.impact(&[stop], t, &mut struck, &mut DMatrix::zeros(state.len(), 0))?;
-    let mut end = rest.end(state, rate, struck);
-    project_onto(motion, &[stop], t + rest.span(), &mut end)?;
-    Ok((t + rest.span(), end))
+    Ok((rest.span(), rest.change(rate, struck - state)))
 }
 
 #[cfg(test)]

@@ -13,7 +13,9 @@ use crate::hybrid::{
     Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
     InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
 };
-use crate::model::{Harmonic, LinearSystem, Scene, SceneMotion, Side, Stop};
+use crate::model::{
+    Change, Forcing, Harmonic, LinearSystem, Load, Scene, SceneMotion, Side, Signal, Stop,
+};
 use crate::observer::Observer;
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
@@ -252,17 +254,30 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
     all
 }
 
+/// The same scene under a load that follows samples too, with corners on every flight of the maps.
+fn followed() -> Scene {
+    let t: Vec<f64> = (0..20).map(|k| 0.17 * f64::from(k)).collect();
+    let values: Vec<f64> = t.iter().map(|t| 3.0 * (7.0 * t).sin()).collect();
+    let load = Load::new(1, Signal::samples(&t, &values).expect("valid")).expect("valid");
+    let calm = scene();
+    let both = Forcing::Several(vec![calm.forcing().clone(), load.into()]);
+    calm.replace(Change::Forcing(both)).expect("valid")
+}
+
 #[test]
 fn both_systems_have_the_same_maps() {
-    let scene = scene();
-    let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
-    let sets = [vec![0], vec![2]];
-    let held = crate::hybrid::constrained_motions(&modal, sets.iter().map(Vec::as_slice));
-    let closed = maps_of(&ClosedFormMaps::new(&modal, PHASE, held.expect("regular")));
-    let stepped = maps_of(&IntegratedMaps::new(&scene, PHASE));
-    assert_eq!(closed.len(), stepped.len());
-    for (k, (a, b)) in closed.iter().zip(&stepped).enumerate() {
-        assert!((a - b).abs() < 1e-9 * (1.0 + b.abs()), "{k}: {a} {b}");
+    for scene in [scene(), followed()] {
+        let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
+        let sets = [vec![0], vec![2]];
+        let held = crate::hybrid::constrained_motions(&modal, sets.iter().map(Vec::as_slice));
+        // Of a forcing without a period all phases are in its tones.
+        let phase = scene.frequency().map_or(0.0, |_| PHASE);
+        let closed = maps_of(&ClosedFormMaps::new(&modal, phase, held.expect("regular")));
+        let stepped = maps_of(&IntegratedMaps::new(&scene, phase));
+        assert_eq!(closed.len(), stepped.len());
+        for (k, (a, b)) in closed.iter().zip(&stepped).enumerate() {
+            assert!((a - b).abs() < 1e-9 * (1.0 + b.abs()), "{k}: {a} {b}");
+        }
     }
     assert!(Clock::new(0.0, 1.3).angle() == 0.0);
 }

@@ -46,6 +46,23 @@ impl GapAt {
     }
 }
 
+/// Times at which what acts passes from one polynomial to another, in order: flights stop at them.
+#[derive(Debug, Clone)]
+pub(crate) struct Breaks(pub Vec<f64>);
+
+impl Breaks {
+    /// The parts between breaks of a span of time, which may be of no length.
+    pub fn parts(&self, (start, end): (f64, f64)) -> impl Iterator<Item = (f64, f64)> {
+        let first = self.0.partition_point(|t| *t <= start);
+        let count = self.0[first..].partition_point(|t| *t < end);
+        let within = self.0[first..first + count].iter().copied();
+        let mut from = start;
+        within
+            .chain([end])
+            .map(move |to| (std::mem::replace(&mut from, to), to))
+    }
+}
+
 /// The maps of a scene. A state is `(q, v)`; deviations are columns of such.
 pub(crate) trait HybridMaps {
     /// Carries a state from one time to another while some stops are held, and multiplies deviations by the Jacobian of the

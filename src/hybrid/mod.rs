@@ -10,10 +10,12 @@ mod contract;
 mod flow;
 mod held_through;
 mod integrated;
+mod landing;
 mod maps;
 pub(crate) mod recorder;
 mod segment;
 pub(crate) mod system;
+mod timed;
 
 pub(crate) use across::{ImpactAt, across_impact, across_rest};
 pub(crate) use closed_form::{
@@ -25,6 +27,8 @@ pub(crate) use integrated::{
     FlightPieces, InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum,
     SeriesPiece, SeriesStep, Taylor, has_series, series_order,
 };
+pub(crate) use landing::{Landing, land};
 pub(crate) use maps::{GapAt, HybridMaps, project_onto};
 pub use segment::{Graze, SegmentKind};
 pub(crate) use system::{GapSizes, GapState, HybridSystem, NormalImpact, Present};
+pub(crate) use timed::Timed;

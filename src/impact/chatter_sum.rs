@@ -45,14 +45,9 @@ impl CompleteChatter {
         (1.0 + e) / (1.0 - e) * share * self.speed
     }
 
-    /// The state where they come to rest: from that before the first impact, its rate of change and the state after the impact.
-    pub fn end(
-        &self,
-        state: &DVector<f64>,
-        rate: DVector<f64>,
-        struck: DVector<f64>,
-    ) -> DVector<f64> {
-        state + rate * self.span() + (struck - state) / (1.0 - self.restitution)
+    /// By what a state has changed where they come to rest: from its rate before the first impact and the change by that impact.
+    pub fn change(&self, rate: DVector<f64>, struck: DVector<f64>) -> DVector<f64> {
+        rate * self.span() + struck / (1.0 - self.restitution)
     }
 }
 
@@ -110,7 +105,7 @@ mod tests {
         let before = dvector![0.0, all.speed];
         let rate = dvector![all.speed, all.acceleration];
         let struck = dvector![0.0, -E * all.speed];
-        let end = all.end(&before, rate, struck);
+        let end = &before + all.change(rate, struck - &before);
         // Off the stop by what is left of the gap.
         assert!(end[1].abs() < 1e-14);
         assert!((end[0].abs() - all.residual()).abs() < 1e-14);

@@ -53,7 +53,6 @@ pub(crate) use shooting::closure::{
     Clocked, OF_INTEGRATED, Shooting, ShootingState, Units as ScaledUnits,
 };
 pub(crate) use shooting::find::{begun, check_landings};
-pub(crate) use shooting::guess::folded;
 pub(crate) use shooting::guess_instants::instants_of;
 pub(crate) use shooting::legs::{Leg, legs, struck_in_order};
 pub(crate) use shooting::mirror::images;

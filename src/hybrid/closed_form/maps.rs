@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
-use crate::hybrid::maps::{GapAt, HybridMaps};
+use crate::hybrid::maps::{Breaks, GapAt, HybridMaps};
 use crate::impact::impulse_matrix;
 use crate::modal::ModalState;
 use crate::model::{Moment, PhysicalState, along_reactions};
@@ -17,6 +17,7 @@ pub(crate) struct ClosedFormMaps<'a> {
     to_physical: DMatrix<f64>,
     to_modal: DMatrix<f64>,
     held: Vec<Arc<ConstrainedMotion>>,
+    breaks: Breaks,
 }
 
 /// The motions while stops are held, of each set of stops one.
@@ -44,6 +45,7 @@ impl<'a> ClosedFormMaps<'a> {
             to_physical,
             to_modal,
             held,
+            breaks: Breaks(scene.excitation.breaks()),
         }
     }
 
@@ -91,19 +93,25 @@ impl HybridMaps for ClosedFormMaps<'_> {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
+        let span = end - start;
         if !held.is_empty() {
             let constrained = self.constrained(held);
-            let (q, v) = halves(state);
-            *state = joined(&constrained.propagate(self.moment(start), end - start, &q, &v));
-            constrained.propagate_deviations(end - start, deviations);
+            for (from, to) in self.breaks.parts((start, end)) {
+                let (q, v) = halves(state);
+                *state = joined(&constrained.propagate(self.moment(from), to - from, &q, &v));
+            }
+            constrained.propagate_deviations(span, deviations);
             return Ok(());
         }
         let mut modal = self.modal(state);
-        with_flow!(&*self.flow, f => propagate(f, self.moment(start), end - start, &mut modal));
+        for (from, to) in self.breaks.parts((start, end)) {
+            let at = self.moment(from);
+            with_flow!(&*self.flow, f => propagate(f, at, to - from, &mut modal));
+        }
         *state = self.scene.form.state_of(&modal);
         if deviations.ncols() > 0 {
             let mut carried = &self.to_modal * &*deviations;
-            self.scene.form.propagate(end - start, &mut carried);
+            self.scene.form.propagate(span, &mut carried);
             *deviations = &self.to_physical * carried;
         }
         Ok(())

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::integrate::{Variational, integrate, joined, parted};
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
-use crate::hybrid::maps::{GapAt, HybridMaps, project_onto};
+use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights,
@@ -31,6 +31,7 @@ pub(crate) struct IntegratedMaps {
     tolerance: Tolerance,
     /// What moves it where no stop is held, if that has Taylor series.
     series: Option<SeriesFlow>,
+    breaks: Breaks,
 }
 
 impl IntegratedMaps {
@@ -43,6 +44,7 @@ impl IntegratedMaps {
             phase,
             tolerance: TOLERANCE,
             series: SeriesFlow::new(scene, TOLERANCE),
+            breaks: Breaks(scene.excitation().breaks()),
         }
     }
 
@@ -143,6 +145,11 @@ impl IntegratedMaps {
             *deviations = &jacobian * &*deviations;
             return Ok(Some(jacobian));
         }
+        let mut parts = self.breaks.parts((start, end)).peekable();
+        while let Some(part) = parts.next_if(|part| part.1 < end) {
+            self.flow_by::<P>(tolerance, (held, part), state, deviations)?;
+        }
+        let start = parts.next().map_or(start, |last| last.0);
         let (at, span) = (self.moment(start), end - start);
         if let Some(series) = self.series_of(held) {
             series.flow(tolerance, (at, span), state, deviations)?;

@@ -2,7 +2,7 @@
 //! loops beside.
 
 use crate::error::Result;
-use crate::hybrid::chatter_map::Timed;
+use crate::hybrid::Timed;
 use crate::orbit::shooting::closure::{Clocked, Shooting, ShootingState, Units};
 use nalgebra::{DMatrix, DVector};
 

@@ -22,7 +22,7 @@ fn opening(flight_ends: &[FlightEnd], k: usize) -> &FlightEnd {
     &flight_ends[(k + count - 1) % count]
 }
 
-/// The flights of a loop in their order.
+/// The flights of a loop in their order, which change smoothly with it: what is left of impacts that accumulate may end a little before it begins.
 pub(crate) fn legs<M: HybridMaps + ?Sized>(
     stages: &[ContactStage],
     found: &ShootingState,
@@ -40,7 +40,7 @@ pub(crate) fn legs<M: HybridMaps + ?Sized>(
         });
     };
     for (k, stage) in stages.iter().enumerate() {
-        let mut begun = found.starts[k];
+        let begun = found.starts[k];
         let mut mode = ContactMode {
             kind: SegmentKind::Flight,
             stops: stage.held.clone(),
@@ -75,8 +75,6 @@ pub(crate) fn legs<M: HybridMaps + ?Sized>(
                     is_struck: false,
                     released: None,
                 };
-                // The loop knows the end of impacts that are next to nothing no better than their speed.
-                begun = begun.max(chatter.last_time);
                 let span = (chatter.last_time, begun);
                 push(remainder, span, &rest, &found.states[k]);
             }
@@ -87,6 +85,19 @@ pub(crate) fn legs<M: HybridMaps + ?Sized>(
         push(mode, span, &after, &flight_ends[k].before);
     }
     Ok(legs)
+}
+
+/// The flights of an orbit: a loop knows the end of impacts that are next to nothing no better than their speed, and it comes no earlier than
+/// what is left of them begins.
+pub(super) fn in_order(mut legs: Vec<Leg>) -> Vec<Leg> {
+    for k in 1..legs.len() {
+        let begun = legs[k - 1].start;
+        if legs[k - 1].mode.kind == SegmentKind::Chatter && legs[k].start < begun {
+            (legs[k - 1].end, legs[k].start) = (begun, begun);
+            legs[k].end = legs[k].end.max(begun);
+        }
+    }
+    legs
 }
 
 /// The stops struck at each instant of a period, and their impulses in this order.

@@ -15,7 +15,7 @@ use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, OF_EXACT, OF_INTEGRATED, Shooting, ShootingState,
 };
-use crate::orbit::shooting::legs::{Leg, legs, struck_in_order};
+use crate::orbit::shooting::legs::{Leg, in_order, legs, struck_in_order};
 use crate::orbit::shooting::own_time::with_phase;
 use crate::quantity::room_for;
 use nalgebra::DVector;
@@ -109,7 +109,7 @@ fn parts<M: HybridMaps>(
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> ModalState,
 ) -> Result<OrbitData> {
-    let legs = legs(&signature.stages, found, flight_ends, motion)?;
+    let legs = in_order(legs(&signature.stages, found, flight_ends, motion)?);
     let (instants, impulses) = struck_in_order(&signature.stages, flight_ends);
     let flight = |leg: Leg| Flight {
         start: 0.0,

@@ -1,0 +1,94 @@
+//! What becomes of first deviations where stops come to be held (theory 9, 16): what would leave them is gone, along their reactions.
+
+use crate::error::Result;
+use crate::hybrid::maps::{HybridMaps, project_onto};
+use crate::hybrid::timed::Timed;
+use crate::linalg::rank::pseudo_inverse;
+use crate::model::DIFFERENCE;
+use crate::tolerance::DEPENDENT;
+use nalgebra::{DMatrix, DVector};
+
+/// Gaps and their speeds of some stops in first order, and what contact makes of these.
+pub(crate) struct Landing {
+    /// Rows `C` that gaps and their speeds are by (q, v).
+    rows: DMatrix<f64>,
+    /// What they change by with time alone.
+    slopes: DVector<f64>,
+    /// `K (C K)^+`, K the reactions on positions and on velocities.
+    taken: DMatrix<f64>,
+}
+
+impl Landing {
+    /// On some stops at a time, of a state on them.
+    pub fn new<M: HybridMaps + ?Sized>(
+        maps: &M,
+        stops: &[usize],
+        t: f64,
+        state: &DVector<f64>,
+    ) -> Result<Self> {
+        let (count, n) = (stops.len(), state.len() / 2);
+        let mut rows = DMatrix::zeros(2 * count, 2 * n);
+        let mut reactions = DMatrix::zeros(2 * n, 2 * count);
+        let mut slopes = DVector::zeros(2 * count);
+        let mut at_rest = state.clone();
+        at_rest.rows_mut(n, n).fill(0.0);
+        let still = DVector::zeros(2 * n);
+        for (k, &stop) in stops.iter().enumerate() {
+            let at = maps.gap(stop, t, state)?;
+            let reaction = maps.reaction(stop, state)?;
+            let reach = state.rows(0, n).amax();
+            let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 };
+            for j in 0..n {
+                let speed = |step: f64| -> Result<f64> {
+                    let mut there = state.clone();
+                    there[j] += step;
+                    Ok(maps.gap(stop, t, &there)?.gradient.dot(&state.rows(n, n)))
+                };
+                rows[(count + k, j)] = (speed(step)? - speed(-step)?) / (2.0 * step);
+                rows[(k, j)] = at.gradient[j];
+                rows[(count + k, n + j)] = at.gradient[j];
+                reactions[(j, k)] = reaction[j];
+                reactions[(n + j, count + k)] = reaction[j];
+            }
+            slopes[k] = at.slope;
+            slopes[count + k] = maps.gap_acceleration(stop, t, &at_rest, &still)?;
+        }
+        let give = &rows * &reactions;
+        let inverse = pseudo_inverse(&give, DEPENDENT * give.amax())?;
+        Ok(Self {
+            rows,
+            slopes,
+            taken: reactions * inverse,
+        })
+    }
+
+    /// How many directions of all are gone.
+    pub fn gone(&self) -> usize {
+        (&self.rows * &self.taken).trace().round() as usize
+    }
+
+    /// What becomes of deviations at a fixed time.
+    pub fn take(&self, deviations: &mut DMatrix<f64>) {
+        let left = &self.rows * &*deviations;
+        *deviations -= &self.taken * left;
+    }
+
+    /// The same where the time deviates too.
+    pub fn take_timed(&self, deviations: &mut DMatrix<f64>, delays: &DVector<f64>) {
+        let left = &self.rows * &*deviations + &self.slopes * delays.transpose();
+        *deviations -= &self.taken * left;
+    }
+}
+
+/// Brings a state onto stops that are held from its time on, and deviations from it.
+pub(crate) fn land<M: HybridMaps + ?Sized>(maps: &M, stops: &[usize], y: &mut Timed) -> Result<()> {
+    if stops.is_empty() {
+        return Ok(());
+    }
+    project_onto(maps, stops, y.time, &mut y.state)?;
+    if y.deviations.ncols() > 0 {
+        let landing = Landing::new(maps, stops, y.time, &y.state)?;
+        landing.take_timed(&mut y.deviations, &y.delays);
+    }
+    Ok(())
+}
