@@ -176,7 +176,7 @@ def find_attractors(
     phase : float, default 0.0
         The phase of the forcing [rad] at which motions begin and points are taken.
     longest_period : int, default 32
-        The longest period that is looked for, in periods of the forcing, as far as `max_periods` goes.
+        The longest period that is looked for, in periods of the forcing, as far as ``max_periods`` goes.
     transient, max_periods : int, default 200 and 2000
         Periods that are left out, and after which a motion that has not settled is told by its exponents.
     rng : int or numpy.random.Generator, default 0

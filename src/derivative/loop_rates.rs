@@ -41,7 +41,7 @@ pub(super) struct Loop {
     /// Of the balanced equations.
     singular: Singular,
     balance: Balance,
-    step: (f64, Order),
+    pub step: (f64, Order),
 }
 
 /// How a loop changes with a number, and the scenes beside it in which what depends on it is to be compared.

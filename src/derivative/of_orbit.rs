@@ -7,7 +7,7 @@ use crate::derivative::numbers::Numbers;
 use crate::derivative::rates::Derivatives;
 use crate::derivative::refusal::{refusal, singular};
 use crate::derivative::settled::{Block, Settled};
-use crate::derivative::stencil::{Differences, Node, Stencil};
+use crate::derivative::stencil::{Differences, Node, Order, Stencil};
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::NO_REST;
@@ -24,8 +24,12 @@ const BORDER: &str =
 const BENT: &str = "the motion does not change smoothly with it";
 /// What is unknown of the times of impacts that accumulate, in parts of the motion: rounding over the speed of the last.
 const UNKNOWN: f64 = 1e-9;
-const CLOSER: f64 = 0.1;
-const MOST_CLOSER: usize = 3;
+/// The unit of deviations behind impacts that accumulate: their rounding is so much larger.
+const OF_DEVIATIONS: f64 = 10.0;
+const CLOSER: f64 = 0.125;
+const MOST_CLOSER: usize = 4;
+/// They begin so much longer: what is unknown of such loops is the less felt.
+const FARTHER: f64 = 8.0;
 
 /// The derivatives of an orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
 ///
@@ -141,7 +145,10 @@ impl Problem<'_> {
         size: f64,
         reasons: &mut Vec<String>,
     ) -> Result<Option<Column>> {
-        let mut part = 1.0;
+        let mut part = match self.own.step.1 {
+            Order::Second => 1.0,
+            Order::Fourth => FARTHER,
+        };
         let mut settled = Settled::new(self.blocks(), UNKNOWN);
         let mut is_alike = false;
         for _ in 0..MOST_CLOSER {
@@ -195,10 +202,11 @@ impl Problem<'_> {
             (layout.phase().len(), 1.0),
             (layout.period().len(), units.time),
             (layout.times().len(), units.time),
-            (layout.speeds().len(), units.velocity),
         ];
+        // The speeds of impacts that accumulate become small, and the last change by less than a short step tells.
+        all.extend(layout.speeds().map(|_| (1, units.velocity)));
         all.extend(self.marks.iter().map(|_| (1, units.position)));
-        all.push((self.floquet.n_measured(self.own), f64::INFINITY));
+        all.push((self.floquet.n_measured(self.own), OF_DEVIATIONS));
         all
     }
 

@@ -1,20 +1,32 @@
-//! Derivatives by differences of which each knows whether its step is short enough: those of second and of fourth order agree there.
+//! Derivatives by differences of which each knows whether its step is short enough, those of second and of fourth order agreeing there, and
+//! long enough for what is unknown of its values.
 
 use crate::derivative::stencil::{Differences, Stencil};
 
 /// Differences of second and of fourth order agree well, or say something, where they differ by no more than this part of the derivative: that of
-/// fourth order is off by the square of it, or less.
-const FITS: f64 = 1e-3;
+/// fourth order is off by the square of it, or less, each of its numbers by so much of the largest.
+const FITS: f64 = 1e-4;
 const APART: f64 = 3e-2;
 
-/// Numbers that are known together, one after the other: so many, in parts of a unit; of an infinite one they are not asked.
+/// Numbers that are known together, one after the other: so many, in parts of a unit.
 pub(super) type Block = (usize, f64);
 
-/// Derivatives of blocks of numbers, each by the longest steps that are short enough for it.
+/// A derivative of one block.
+#[derive(Debug, Clone)]
+struct Known {
+    derivative: Vec<f64>,
+    /// By what part it differs from that of lower order, beyond what is unknown.
+    misfit: f64,
+    /// By what part it is off, by the length of its step and by what is unknown over that.
+    error: f64,
+}
+
+/// Derivatives of blocks of numbers, each by the steps that are best for it.
 pub(super) struct Settled {
     blocks: Vec<Block>,
-    /// By what part each misfits, and the derivatives.
-    each: Vec<Option<(f64, Vec<f64>)>>,
+    each: Vec<Option<Known>>,
+    /// Whether the last steps were short enough for all.
+    is_complete: bool,
     /// What is unknown of the numbers, in parts of their units.
     unknown: f64,
 }
@@ -24,42 +36,48 @@ impl Settled {
         Self {
             each: vec![None; blocks.len()],
             blocks,
+            is_complete: false,
             unknown,
         }
     }
 
     /// Takes what differences over the steps of a stencil say better.
     pub fn take(&mut self, stencil: &Stencil, found: &Differences) {
-        let mut from = 0;
+        let (mut from, mut worst) = (0, 0.0f64);
         for (&(len, unit), own) in self.blocks.iter().zip(&mut self.each) {
             let range = from..from + len;
             from += len;
-            let before = own.as_ref().map_or(f64::INFINITY, |own| own.0);
-            if before <= FITS {
+            let (size, beyond) = found.largest(range.clone());
+            if beyond == 0.0 && own.is_some() {
                 continue;
             }
             let unknown = self.unknown * unit / stencil.step;
-            let misfit = found.misfit(range.clone(), unknown);
-            if own.is_none() || misfit < before {
-                *own = Some((misfit, found.derivative[range].to_vec()));
+            let part = |of: f64| if of > 0.0 { of / size } else { 0.0 };
+            let misfit = part(beyond - unknown);
+            let error = misfit * misfit + part(unknown);
+            worst = worst.max(misfit);
+            if own.as_ref().is_none_or(|own| error < own.error) {
+                let derivative = found.derivative[range].to_vec();
+                *own = Some(Known {
+                    derivative,
+                    misfit,
+                    error,
+                });
             }
         }
+        self.is_complete = worst <= FITS;
     }
 
     /// Whether no shorter steps are needed.
     pub fn is_complete(&self) -> bool {
-        let misfit =
-            |own: &Option<(f64, Vec<f64>)>| own.as_ref().map_or(f64::INFINITY, |own| own.0);
-        self.each.iter().all(|own| misfit(own) <= FITS)
+        self.is_complete
     }
 
     /// All of them; `None` where some are nothing, whatever the step.
     pub fn derivative(self) -> Option<Vec<f64>> {
-        let known = self
-            .each
-            .into_iter()
-            .map(|own| own.filter(|own| own.0 <= APART));
-        let all: Option<Vec<Vec<f64>>> = known.map(|own| own.map(|own| own.1)).collect();
+        let each = self.each.into_iter();
+        let known = each.map(|own| own.filter(|own| own.misfit <= APART));
+        let all: Option<Vec<Vec<f64>>> = known.map(|own| own.map(|own| own.derivative)).collect();
         all.map(|all| all.concat())
     }
 }

@@ -130,14 +130,9 @@ impl Differences {
         }
     }
 
-    /// By what part of the largest some of them differ from those of lower order, beyond what is unknown of them.
-    pub fn misfit(&self, own: Range<usize>, unknown: f64) -> f64 {
+    /// The largest of some of them, and by how much they differ from those of lower order.
+    pub fn largest(&self, own: Range<usize>) -> (f64, f64) {
         let amax = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
-        let (size, beyond) = (amax(&self.derivative[own.clone()]), amax(&self.beyond[own]));
-        if beyond <= unknown {
-            0.0
-        } else {
-            (beyond - unknown) / size
-        }
+        (amax(&self.derivative[own.clone()]), amax(&self.beyond[own]))
     }
 }

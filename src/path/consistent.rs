@@ -107,7 +107,7 @@ impl Kept<'_> {
     fn check_gaps(&self, arc: usize) -> Result<()> {
         let span = self.path.arc(arc).span;
         for (local, (q, _)) in [0.0, span].into_iter().zip(&self.ends[arc]) {
-            for (gap, size) in self.equations.gaps(self.equations.moment(arc, local), q)? {
+            for (gap, size) in self.gaps(self.equations.moment(arc, local), q)? {
                 let is_open = gap >= -KEPT_AGREES * size;
                 if !is_open {
                     let found = format!("{gap:e} beyond a stop");
@@ -127,10 +127,7 @@ impl Kept<'_> {
         }
         let mut jump = v - next_v;
         if is_beyond(&jump, &self.sizes.1) {
-            let at = self.equations.moment(arc, 0.0);
-            jump -= self
-                .equations
-                .along_closed(at, next_q, &jump, KEPT_AGREES)?;
+            jump -= self.along_closed(self.equations.moment(arc, 0.0), next_q, &jump)?;
             if is_beyond(&jump, &self.sizes.1) {
                 let found = "a change of velocity that no stop gives";
                 return Err(refused(self.what, self.time(arc), found));
@@ -169,7 +166,7 @@ impl Kept<'_> {
         let [(q, before), (_, after)] = [before?, after?];
         let arc = self.path.point(impact.time, ImpactSide::After)?.arc;
         let at = self.equations.moment(arc, 0.0);
-        let (gap, size) = self.equations.gaps(at, &q)?[impact.stop];
+        let (gap, size) = self.gaps(at, &q)?[impact.stop];
         let is_closed = gap.abs() <= KEPT_AGREES * size;
         if !is_closed {
             let found = format!("{gap:e} away from stop {} of an impact", impact.stop);
@@ -203,29 +200,31 @@ impl Kept<'_> {
     }
 }
 
-impl PathEquations<'_> {
-    /// The gap of every stop, with the size of its terms.
+impl Kept<'_> {
+    /// The gap of every stop, with the size of its terms, at the least what positions as large as any of the motion give: where the position
+    /// is zero, a gap is known no better.
     fn gaps(&self, at: Moment, q: &DVector<f64>) -> Result<Vec<(f64, f64)>> {
         let x = q.as_slice();
-        let each = self.contacts().iter().map(|contact| {
+        let each = self.equations.contacts().iter().map(|contact| {
             let value = contact.along(|| at, (x, x, x), 0.0)?;
-            Ok((value.gap, value.size))
+            let normal = contact.surface.normal(x)?;
+            Ok((value.gap, value.size.max(normal.abs().dot(&self.sizes.0))))
         });
         each.collect()
     }
 
-    /// What of a velocity closed stops can take away, those within a part of the terms of their gaps.
+    /// What of a velocity closed stops can take away.
     fn along_closed(
         &self,
         at: Moment,
         q: &DVector<f64>,
         taken: &DVector<f64>,
-        part: f64,
     ) -> Result<DVector<f64>> {
         let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-        for (contact, (gap, size)) in self.contacts().iter().zip(self.gaps(at, q)?) {
-            if gap.abs() <= part * size {
-                let reaction = contact.reaction(self.system(), q.as_slice())?;
+        let contacts = self.equations.contacts().iter();
+        for (contact, (gap, size)) in contacts.zip(self.gaps(at, q)?) {
+            if gap.abs() <= KEPT_AGREES * size {
+                let reaction = contact.reaction(self.equations.system(), q.as_slice())?;
                 reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
                 normals.push(contact.surface.normal(q.as_slice())?);
             }
@@ -236,7 +235,9 @@ impl PathEquations<'_> {
         let parts = DVector::from_iterator(normals.len(), normals.iter().map(|n| n.dot(taken)));
         along_reactions(&normals, &reactions, &parts)
     }
+}
 
+impl PathEquations<'_> {
     /// The speeds at which velocities approach a stop, and the size of their terms.
     fn approach(
         &self,

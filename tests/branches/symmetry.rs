@@ -408,11 +408,13 @@ fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
                     .map(|t| side * orbit.state(t, false).0[0])
                     .fold(0.0, f64::max)
             });
-            if *factor < 2.0 - 1e-6 {
-                assert!((far / (0.5 * factor * room) - 1.0).abs() < 1e-3, "{far}");
+            // A stiff spring folds the branch behind the touch: what reaches it tells what an orbit is, not the force.
+            if far < room * (1.0 - 1e-3) {
+                let alone = 0.5 * factor * room;
+                assert!((far / alone - 1.0).abs() < 1e-3, "{stiffness}, {factor}");
                 assert!((far / back - 1.0).abs() < 1e-3 && orbit.mirrored().is_ok());
-            } else if *factor > 2.05 {
-                assert!((far / back - 1.0).abs() > 1e-3, "{stiffness}, {factor}");
+            } else if far > room * (1.0 + 1e-3) {
+                assert!((far / back - 1.0).abs() > 1e-6, "{stiffness}, {factor}");
                 assert!(orbit.mirrored().is_err(), "{stiffness}, {factor}");
             }
         }

@@ -107,7 +107,8 @@ fn a_coordinate_by_itself_has_no_derivatives_by_what_another_hits() {
             for by in &found.by {
                 for coordinate in [1, 3] {
                     let own = by.column(coordinate).amax();
-                    assert!(own < 1e-11, "{restitution} {own:e}");
+                    // Rounding over the shortest step of a difference.
+                    assert!(own < 1e-9, "{restitution} {own:e}");
                 }
             }
         }

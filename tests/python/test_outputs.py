@@ -231,7 +231,7 @@ class TestImpulse:
     @pytest.mark.parametrize("method", ["exact", "rk45"])
     def test_the_momentum_of_any_pressed_bodies_balances(self, method):
         rng, n_spent = np.random.default_rng(5), 0
-        for _ in range(60):
+        for _ in range(80):
             n, k = rng.integers(1, 5, 2)
             mass, damping, stiffness = (m @ m.T / n for m in rng.normal(size=(3, n, n)))
             system = vi.LinearSystem(mass + np.eye(n), 0.2 * damping, stiffness * rng.integers(2), load=3 * rng.normal(size=n))

@@ -27,7 +27,7 @@ MARKS = {
     "rise": ("h", "rise"),
     "release_border": ("H", "release border"),
     "chatter_border": ("X", "chatter border"),
-    "vanishing_impacts": ("d", "vanishing impacts"),
+    "vanishing_impacts": ("$0$", "vanishing impacts"),
 }
 
 

@@ -69,9 +69,9 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) extents: Vec<f64>,
     /// When the motion was found stiff, if it was.
     pub(super) stiff_from: Option<f64>,
-    /// Series made.
     /// Why a step could not be tried, and when it began: its stages led to what is no number.
     pub(super) beyond: Option<(f64, Error)>,
+    /// Accelerations that were asked beside those of steps: of series, and of a start.
     pub(super) n_series: usize,
     pub(super) n_steps: usize,
     pub(super) n_gap_evaluations: usize,
@@ -277,21 +277,24 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.clock = self.clock.at(t);
         self.began = self.clock;
         self.controller = Controller::default();
+        let mut asked = 0;
         if let Some(lengths) = &self.lengths {
-            self.tolerance.absolute = part_of(self.shortest(lengths)).max(f64::MIN_POSITIVE);
+            let shortest = self.shortest(lengths, &mut asked);
+            self.tolerance.absolute = part_of(shortest).max(f64::MIN_POSITIVE);
         }
         self.stepper = P::new(self.n(), self.tolerance, self.choice);
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
-        (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, 0, 0);
+        (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, asked, 0);
     }
 
     /// The length of which the absolute tolerance is a part: the shortest of the coordinates from where the motion is, or where it is and
-    /// stays at zero of the gaps, in units of the coordinates; zero where there is none.
-    fn shortest(&self, lengths: &StepLengths) -> f64 {
+    /// stays at zero of the gaps, in units of the coordinates; zero where there is none. Counts how often the acceleration is asked.
+    fn shortest(&self, lengths: &StepLengths, asked: &mut usize) -> f64 {
         let (q, v) = self.x.slice().split_at(self.n());
         // Functions that report errors do so again as the run begins.
         let acceleration = || {
+            *asked += 1;
             let mut a = vec![0.0; q.len()];
             let is_known = self
                 .dynamics

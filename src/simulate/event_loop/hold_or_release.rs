@@ -419,7 +419,16 @@ impl EventLoop {
         for &(stop, impulse) in &self.impulses {
             system.push(stop, -impulse)?;
         }
-        let before = system.gap_derivatives(stops, held, order..order + 2)?;
+        // The first two of a free motion are there without the matrices of its equations.
+        let before = if held.is_empty() && order == 2 {
+            system.evaluate_gaps()?;
+            let accelerations = system.free_accelerations(stops);
+            let jerks = stops.iter().map(|&stop| Ok([system.free_jerk(stop)?, 0.0]));
+            let jerks = jerks.collect::<Result<_>>()?;
+            vec![accelerations.iter().map(|&a| [a, 0.0]).collect(), jerks]
+        } else {
+            system.gap_derivatives(stops, held, order..order + 2)?
+        };
         for &(stop, impulse) in &self.impulses {
             system.push(stop, impulse)?;
         }
