@@ -6,6 +6,7 @@ each chunk, says where something was.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import warnings
@@ -341,11 +342,12 @@ def _opened(zarr: Any, store: Any) -> Any:
     if path is not None and path.exists() and not path.is_dir():
         message = f"store is {_shown(store)}, but that is a file: a folder is needed"
         raise ValueError(message)
-    try:
+    with contextlib.suppress(FileNotFoundError):
         return zarr.open_group(store, mode="r+")
-    except FileNotFoundError:
-        pass
     if path is not None and path.is_dir() and any(not entry.name.endswith(".partial") for entry in path.iterdir()):
+        # Another process may have made the store since.
+        with contextlib.suppress(FileNotFoundError):
+            return zarr.open_group(store, mode="r+")
         message = f"store is {_shown(store)}, but that folder has something else in it"
         raise ValueError(message)
     return None

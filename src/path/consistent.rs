@@ -18,6 +18,9 @@ use nalgebra::DVector;
 /// What a motion is called that may pass stops.
 pub(crate) const ORBIT: &str = "orbit";
 
+/// Where arcs are looked at for the largest positions and velocities: symmetric motions are nowhere zero at all of them.
+const BETWEEN: [f64; 3] = [0.2, 0.45, 0.7];
+
 /// Whether a change is larger than what sizes of terms allow, or no number.
 fn is_beyond(change: &DVector<f64>, sizes: &DVector<f64>) -> bool {
     let mut terms = change.iter().zip(sizes);
@@ -60,9 +63,9 @@ pub(crate) fn check_motion(
         .collect();
     let mut sizes = (DVector::zeros(path.n_dof), DVector::zeros(path.n_dof));
     for (arc, own) in ends.iter().enumerate() {
-        // Flights may begin and end at stops where positions are zero.
-        let middle = path.state_in(arc, 0.5 * arcs[arc].span);
-        for (q, v) in own.iter().chain([&middle]) {
+        // Flights may begin and end at stops where positions are zero, or where velocities are, there and half-way.
+        let between = BETWEEN.map(|part| path.state_in(arc, part * arcs[arc].span));
+        for (q, v) in own.iter().chain(&between) {
             if !q.iter().chain(v).all(|x| x.is_finite()) {
                 return Err(refused(what, arcs[arc].clock.time(), "no number"));
             }

@@ -365,7 +365,8 @@ class TestMechanics:
         assert len(run.impacts) > 2
         _, arrays = entries(saved(tmp_path, run))
         for name, array in arrays.items():
-            if array.dtype.kind == "f" and array.any():
+            # What times have beyond their last bit is of no consequence.
+            if array.dtype.kind == "f" and np.abs(array).max() > 1e-12:
                 path = saved(tmp_path, run)
                 self.changed(path, lambda _, arrays, name=name: arrays.update({name: arrays[name] * factor}))
                 with pytest.raises(ValueError, match="it was changed"):
