@@ -130,15 +130,15 @@ impl Sweep<'_, '_> {
             ..Layout::of_span(self.span)
         };
         let go_on = &mut **self.go_on.borrow_mut();
-        Signal::laid_out(&mut values, layout, go_on).map_err(|error| match error {
-            Error::Interrupted => error,
-            _ => {
-                let (value, rule) = (
-                    format!("steady from {start} to {end}"),
-                    "what drifts turns more often there than a million polynomials follow, or faster than the time has digits",
-                );
-                Error::bad_value("ramp", value, rule)
+        Signal::laid_out(&mut values, layout, go_on).map_err(|error| {
+            if error == Error::Interrupted {
+                return error;
             }
+            let (value, rule) = (
+                format!("steady from {start} to {end}"),
+                "what drifts turns more often there than a million polynomials follow, or faster than the time has digits",
+            );
+            Error::bad_value("ramp", value, rule)
         })
     }
 

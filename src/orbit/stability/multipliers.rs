@@ -37,6 +37,17 @@ pub struct Stability {
     pub orders: Vec<OrderMultipliers>,
 }
 
+impl Stability {
+    /// That of an orbit that has no multipliers, and why.
+    pub(crate) fn undefined(reason: String) -> Self {
+        Self {
+            is_stable: None,
+            reason,
+            orders: Vec::new(),
+        }
+    }
+}
+
 impl OrderMultipliers {
     /// The largest modulus.
     pub fn spectral_radius(&self) -> f64 {
@@ -179,11 +190,8 @@ pub(crate) fn refused(
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
 ) -> Option<Stability> {
-    refusal(pattern, found, is_coupled).map(|refusal| Stability {
-        is_stable: None,
-        reason: refusal.describe(),
-        orders: Vec::new(),
-    })
+    let refusal = refusal(pattern, found, is_coupled)?;
+    Some(Stability::undefined(refusal.describe()))
 }
 
 /// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.
