@@ -138,12 +138,17 @@ fn asker() -> Option<Asker> {
 
 /// Whether the work that this piece belongs to is to be broken off; its result is not wanted then.
 pub(crate) fn is_broken_off() -> bool {
-    asker().is_some_and(|ask| ask().is_break())
+    go_on_unless_broken_off().is_break()
+}
+
+/// The same as an observer has it, for work that is handed none.
+pub(crate) fn go_on_unless_broken_off() -> ControlFlow<()> {
+    asker().map_or(ControlFlow::Continue(()), |ask| ask())
 }
 
 /// `Error::Interrupted` where it is.
 pub(crate) fn unless_broken_off() -> Result<()> {
-    asker().map_or(Ok(()), |ask| stop_if(ask()))
+    stop_if(go_on_unless_broken_off())
 }
 
 /// Does a piece of work in which nothing can be asked. Where somebody is there to be asked it is done on a thread of its own: it

@@ -109,6 +109,21 @@ pub(crate) const WRONG_JACOBIAN: f64 = 1e-3;
 /// Error of a difference, relative to the largest entry of its column.
 pub(crate) const ROUGH_JACOBIAN: f64 = 1e-6;
 
+/// Part of their sizes by which differences of an acceleration to both sides may differ unless a shorter step is asked: the mean of both is
+/// then off by the square of that.
+pub(crate) const BENT: f64 = 1e-4;
+/// Part of their sizes up to which differences of two lengths are the same: what `BENT` makes of them.
+pub(crate) const SAME_DIFFERENCE: f64 = 1e-8;
+/// Part of their sizes above which differences of no two lengths agree: of the longer, on a rough function, a sixteenth of that is not known.
+pub(crate) const DOUBTFUL: f64 = 1e-4;
+/// Part of the change of an acceleration across a step that lies in one half of it where it is not smooth there; along a power of the time
+/// as high as the order of a method twice in a row.
+pub(crate) const ONE_SIDED: f64 = 0.9;
+/// Changes of an acceleration up to this part of its largest value are no jumps that count.
+pub(crate) const JUMP: f64 = 1e-9;
+/// How often in a row the change lies in one half where an acceleration jumps.
+pub(crate) const JUMP_HALVINGS: usize = 6;
+
 // --- Contacts along a flight, and what happens at one instant.
 
 /// Touches nearer to each other than this part of the step are one.

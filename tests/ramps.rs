@@ -1,9 +1,10 @@
 //! Numbers of a scene that drift along a run: angles go on, what is kept comes back, the laws of mechanics hold along all chapters.
 
+use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Change, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene, Side,
-    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate,
+    Change, Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene,
+    Side, SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, simulate_observed,
 };
 use vibroimpact::{Harmonic, Method};
 
@@ -215,4 +216,26 @@ fn a_method_that_cannot_follow_says_so() {
     assert!(refused(damping, Method::Taylor).contains("series cannot follow"));
     let plan = plan_under(&scene(), &frequency).expect("linear");
     assert!(plan.ends_with("to 1e-14 (method \"taylor\")"), "{plan}");
+}
+
+/// Long ramps are laid out in many pieces before the run begins: who observes it is asked meanwhile.
+#[test]
+fn whoever_observes_a_run_is_asked_while_its_ramp_is_laid_out() {
+    let options = SimulateOptions {
+        ramps: vec![ramp(Parameter::Frequency, 2.0, RampCourse::Over(3e4))],
+        keep: Keep::Final,
+        ..SimulateOptions::default()
+    };
+    let (rest, mut asked) = (dvector![0.0, 0.0], 0);
+    let mut observer = |t: f64| {
+        asked += 1;
+        if t > 0.0 || asked > 40 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let run = simulate_observed(&scene(), &rest, &rest, (0.0, 3e4), &options, &mut observer);
+    assert_eq!(run.expect_err("broken off"), Error::Interrupted);
+    assert_eq!(asked, 41, "asked before the run has begun");
 }

@@ -23,7 +23,7 @@ class LyapunovExponents(ArrayResult):
     ----------
     exponents : ndarray, shape (k,)
         Growth per unit time [1/s], the largest first; -inf where contact takes a direction away, nan where the run ends before
-        any time counts.
+        any time counts, and where deviations have no derivative that is known.
     errors : ndarray, shape (k,)
         Standard errors [1/s], from the means of batches; nan where time is too short for two of them, 0 of -inf.
     sum, expected_sum : float

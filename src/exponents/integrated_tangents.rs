@@ -3,16 +3,19 @@
 use crate::error::Result;
 use crate::exponents::tangents::Tangents;
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
+use crate::flow::differences::{Doubt, Watch};
 use crate::flow::steps::Tolerance;
 use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
 use crate::model::Scene;
 use crate::path::{Evaluator, Path};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The state where the motion is.
 pub(crate) struct IntegratedTangents {
     maps: IntegratedMaps,
+    watch: Arc<Watch>,
     tolerance: Tolerance,
     state: DVector<f64>,
 }
@@ -33,8 +36,10 @@ impl IntegratedTangents {
             relative: tolerances.relative,
             absolute: tolerances.absolute.unwrap_or_else(usual),
         };
+        let (maps, watch) = IntegratedMaps::new(scene, scene.phase()).watched();
         Self {
-            maps: IntegratedMaps::new(scene, scene.phase()),
+            maps,
+            watch,
             tolerance,
             state: DVector::zeros(2 * scene.n_dof()),
         }
@@ -47,6 +52,11 @@ impl Tangents for IntegratedTangents {
 
     fn maps(&self) -> &IntegratedMaps {
         &self.maps
+    }
+
+    fn doubt_since(&self, time: f64) -> Option<String> {
+        let last = self.watch.last().filter(|doubt| doubt.time() >= time);
+        last.map(Doubt::reason)
     }
 
     fn state(&mut self) -> &mut DVector<f64> {

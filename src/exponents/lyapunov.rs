@@ -56,7 +56,7 @@ impl Default for LyapunovOptions {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LyapunovExponents {
     /// Growth per unit time, the largest first; minus infinity where contact takes a direction away; NaN where the run ends before any
-    /// time counts. Shape `(k,)`.
+    /// time counts, and where deviations have no derivative that is known. Shape `(k,)`.
     pub exponents: Vec<f64>,
     /// Standard errors from the means of batches; NaN where time is too short for two of them, zero of minus infinity. Shape `(k,)`.
     pub errors: Vec<f64>,
@@ -176,6 +176,8 @@ struct Followed {
     frame: Frame,
     batches: Batches,
     counted: Counted,
+    /// Why it is not to be trusted, if it is not.
+    doubt: Option<String>,
 }
 
 /// A run with deviations from it.
@@ -234,7 +236,9 @@ impl Exponents<'_> {
         let (q0, v0) = self.start;
         let ending = run.in_pieces((q0, v0), self.t_span, every, self.observer, take)?;
         follower.finish(ending.time)?;
+        let doubt = (follower.tangents).doubt_since(follower.batches.start());
         let followed = Followed {
+            doubt,
             frame: follower.frame,
             batches: follower.batches,
             counted: follower.counted,
@@ -273,6 +277,7 @@ fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExpon
         frame,
         batches,
         counted,
+        doubt,
     } = followed;
     let status = ended.status;
     let time = ended.time - batches.start();
@@ -286,12 +291,15 @@ fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExpon
     };
     let means = batches.means(returns);
     let each = frame.growth();
-    let each: Vec<f64> = each.into_iter().map(|growth| growth / time).collect();
+    let known = if doubt.is_some() { f64::NAN } else { 1.0 };
+    let each: Vec<f64> = (each.into_iter())
+        .map(|growth| known * growth / time)
+        .collect();
     let mut order: Vec<usize> = (0..each.len()).collect();
     order.sort_by(|&a, &b| each[b].total_cmp(&each[a]));
     let sorted = |of: &[f64]| -> Vec<f64> { order.iter().map(|&i| of[i]).collect() };
     let exponents = sorted(&each);
-    let errors = if means.errors.is_empty() {
+    let errors = if means.errors.is_empty() || doubt.is_some() {
         vec![f64::NAN; each.len()]
     } else {
         sorted(&means.errors)
@@ -302,12 +310,14 @@ fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExpon
     } else {
         f64::NAN
     };
-    let found = if status == Status::Finished && counted.clashes == 0 {
+    let found = if status == Status::Finished && counted.clashes == 0 && doubt.is_none() {
         verdict(&exponents, &errors, drive(scene), 1.0 / time)
     } else {
         Attraction::Undecided
     };
-    let message = if time.is_nan() {
+    let message = if let Some(doubt) = doubt {
+        doubt.clone()
+    } else if time.is_nan() {
         format!(
             "the run ends at {}, before the time from {} on that counts: {}",
             digits(ended.time),
@@ -325,7 +335,7 @@ fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExpon
         sum,
         expected_sum: expected_sum(scene, counted, time),
         history: DMatrix::from_fn(means.history.len(), each.len(), |b, i| {
-            means.history[b][order[i]]
+            known * means.history[b][order[i]]
         }),
         exponents,
         errors,

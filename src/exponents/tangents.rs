@@ -14,6 +14,10 @@ pub(crate) trait Tangents {
     type State: Clone;
 
     fn maps(&self) -> &Self::Maps;
+    /// Why deviations since a time are not to be trusted, if they are not.
+    fn doubt_since(&self, _time: f64) -> Option<String> {
+        None
+    }
     /// The state where it is.
     fn state(&mut self) -> &mut Self::State;
 

@@ -7,6 +7,7 @@ mod constrained;
 mod constrained_dynamics;
 mod dense;
 mod derivative;
+pub(crate) mod differences;
 pub(crate) mod drive;
 pub(crate) mod gap_model;
 mod gap_row;
@@ -25,6 +26,7 @@ mod split;
 pub(crate) mod steps;
 pub(crate) mod taylor;
 mod timed_scene;
+pub(crate) mod variational;
 mod written_series;
 
 pub(crate) use constrained::ConstrainedMotion;

@@ -16,11 +16,14 @@ const WORST_ERROR: f64 = 1e-4;
 /// An error this small, in parts of the usual size of a difference quotient or of the function, is that of a derivative of zero.
 const NO_DERIVATIVE: f64 = 1e-9;
 
-/// The derivative of f at 0, entry by entry: of all extrapolations the one that agrees best with its neighbours.
+/// The derivative of f at 0, entry by entry: of all extrapolations the one that agrees best with its neighbours; and by how much it may be
+/// off, rounding included.
 ///
 /// # Errors
 /// What f reports; `Error::NoConvergence` where an entry settles on no value.
-pub(crate) fn derivative(f: impl Fn(f64) -> Result<DVector<f64>>) -> Result<DVector<f64>> {
+pub(crate) fn derivative(
+    f: impl Fn(f64) -> Result<DVector<f64>>,
+) -> Result<(DVector<f64>, DVector<f64>)> {
     let mut rows = Vec::with_capacity(STEPS);
     let mut h = FIRST_STEP;
     let mut height = 0.0;
@@ -35,12 +38,12 @@ pub(crate) fn derivative(f: impl Fn(f64) -> Result<DVector<f64>>) -> Result<DVec
     let mut sizes: Vec<f64> = size.filter(|x| x.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    let entries: Vec<f64> = (0..rows[0].0.len())
+    let entries: Vec<(f64, f64)> = (0..rows[0].0.len())
         .map(|i| {
             let along: Vec<[f64; 2]> = rows.iter().map(|(q, r)| [q[i], r[i]]).collect();
             let (value, error) = extrapolated(&along);
             if error <= WORST_ERROR * value.abs() || error <= NO_DERIVATIVE * usual.max(height) {
-                Ok(value)
+                Ok((value, error))
             } else {
                 Err(Error::NoConvergence {
                     stage: "a derivative by differences (give the function `jacobian` if it has one)",
@@ -50,7 +53,8 @@ pub(crate) fn derivative(f: impl Fn(f64) -> Result<DVector<f64>>) -> Result<DVec
             }
         })
         .collect::<Result<_>>()?;
-    Ok(DVector::from_vec(entries))
+    let (values, errors): (Vec<f64>, Vec<f64>) = entries.into_iter().unzip();
+    Ok((DVector::from_vec(values), DVector::from_vec(errors)))
 }
 
 /// Neville's table over difference quotients of steps that shrink, each with its rounding: its best entry, and the error of
@@ -93,7 +97,7 @@ mod tests {
                     2.0 * x - x * x,
                 ]))
             };
-            let d = derivative(f).expect("smooth") * scale;
+            let d = derivative(f).expect("smooth").0 * scale;
             let exact = [0.3f64.cos(), 1.0, 0.0, 2.0];
             for (d, exact) in d.iter().zip(exact) {
                 // Rounding over the step that is left to a function of this scale.
@@ -107,7 +111,7 @@ mod tests {
         let jump = |h: f64| Ok(DVector::from_vec(vec![h.signum() + h]));
         assert!(matches!(derivative(jump), Err(Error::NoConvergence { .. })));
         let narrow = |h: f64| Ok(DVector::from_vec(vec![(1e-4 - h * h).sqrt() + h]));
-        let d = derivative(narrow).expect("it has values below 1e-2");
+        let (d, _) = derivative(narrow).expect("it has values below 1e-2");
         assert!((d[0] - 1.0).abs() < 1e-9);
     }
 }

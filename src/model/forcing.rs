@@ -147,6 +147,19 @@ impl Forcing {
         }
     }
 
+    /// What it is, as messages say it.
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Self::Unforced => "nothing",
+            Self::Harmonic(_) => "a harmonic force",
+            Self::BaseMotion(_) => "a base motion",
+            Self::Fourier(_) => "a periodic force",
+            Self::Load(_) => "a load that follows a signal",
+            Self::BaseAcceleration(_) => "a base acceleration",
+            Self::Several(_) => "several forcings",
+        }
+    }
+
     /// The fundamental frequency of one forcing, and its phase; none of a signal.
     pub(super) fn own_angle(&self) -> Option<(f64, f64)> {
         match self {

@@ -15,6 +15,7 @@ mod energy;
 mod excitation;
 mod forcing;
 mod fourier;
+pub(crate) mod function_pieces;
 mod gap_motion;
 mod input;
 mod linear;

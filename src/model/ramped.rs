@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::model::base_acceleration::BaseAcceleration;
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
+use crate::model::function_pieces::Layout;
 use crate::model::load::Load;
 use crate::model::moment::Moment;
 use crate::model::ramp::Moving;
@@ -15,7 +16,9 @@ use crate::model::scene::Scene;
 use crate::model::signal::Signal;
 use crate::model::stop_motion::StopMotion;
 use crate::model::twice::Twice;
+use crate::observer::ObserverFn;
 use nalgebra::{Complex, DVector};
+use std::cell::RefCell;
 
 /// What of a scene drifts over a span of time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -104,22 +107,33 @@ impl Drift {
 }
 
 /// Signals over a span of time under a drift.
-struct Sweep<'a> {
+struct Sweep<'a, 'o> {
     drift: &'a Drift,
     lowest: f64,
     span: (f64, f64),
+    go_on: RefCell<ObserverFn<'o>>,
 }
 
-impl Sweep<'_> {
+impl Sweep<'_, '_> {
     fn angle(&self, part: &Forcing, t: f64) -> Swept {
         let own = part.own_angle().unwrap_or((self.lowest, 0.0));
         self.drift.angle(own, self.lowest, t)
     }
 
-    fn signal(&self, value: impl Fn(f64) -> f64) -> Result<Signal> {
-        let values = |times: &[f64]| Ok(times.iter().map(|&t| value(t)).collect());
-        Signal::from_function(values, self.span).map_err(|_| {
-            let (start, end) = self.span;
+    /// A value of time, its terms of a size at either end of the span, of which they have their largest: of an angle that is known to its
+    /// last place a force is known in parts of its amplitude, however small it is itself.
+    fn signal(&self, value: impl Fn(f64) -> f64, size: impl Fn(f64) -> f64) -> Result<Signal> {
+        let (start, end) = self.span;
+        let mut values = |times: &[f64]| Ok(times.iter().map(|&t| value(t)).collect());
+        let layout = Layout {
+            size: size(start).max(size(end)),
+            ..Layout::of_span(self.span)
+        };
+        let go_on = &mut **self.go_on.borrow_mut();
+        Signal::laid_out(&mut values, layout, go_on).map_err(|error| {
+            if error == Error::Interrupted {
+                return error;
+            }
             let (value, rule) = (
                 format!("steady from {start} to {end}"),
                 "what drifts turns more often there than a million polynomials follow, or faster than the time has digits",
@@ -128,9 +142,16 @@ impl Sweep<'_> {
         })
     }
 
-    /// A force along a direction.
-    fn load(&self, direction: DVector<f64>, value: impl Fn(f64) -> f64) -> Result<Forcing> {
-        Ok(Load::new(direction, self.signal(value)?)?.into())
+    /// A force along a direction that grows with the factor on all forcing, and its size without that.
+    fn load(
+        &self,
+        direction: DVector<f64>,
+        value: impl Fn(f64) -> f64,
+        size: f64,
+    ) -> Result<Forcing> {
+        let scale = |t: f64| self.drift.scale_at(t)[0];
+        let signal = self.signal(|t| scale(t) * value(t), |t| size * scale(t).abs())?;
+        Ok(Load::new(direction, signal)?.into())
     }
 
     /// A periodic force with harmonics about a mean.
@@ -142,7 +163,7 @@ impl Sweep<'_> {
     ) -> Result<Vec<Forcing>> {
         let mut all = Vec::new();
         if let Some(mean) = mean {
-            all.push(self.load(mean.clone(), |t| self.drift.scale_at(t)[0])?);
+            all.push(self.load(mean.clone(), |_| 1.0, 1.0)?);
         }
         // Along as few directions as may be: those of the coordinates, or those of the parts of each harmonic.
         let n = amplitudes.first().map_or(0, |a| a.len());
@@ -150,7 +171,7 @@ impl Sweep<'_> {
         let coordinates: Vec<usize> = (0..n).filter(acts_on).collect();
         let turned = |t: f64, k: usize| {
             let Swept { angle, .. } = self.angle(part, t);
-            Complex::cis(angle * (k + 1) as f64) * self.drift.scale_at(t)[0]
+            Complex::cis(angle * (k + 1) as f64)
         };
         if coordinates.len() <= amplitudes.len() {
             for i in coordinates {
@@ -162,7 +183,8 @@ impl Sweep<'_> {
                         .map(move |(k, a)| (a[i], k, t))
                 };
                 let value = |t: f64| harmonics(t).map(|(a, k, t)| (a * turned(t, k)).re).sum();
-                all.push(self.load(direction, value)?);
+                let size = amplitudes.iter().map(|a| a[i].norm()).sum();
+                all.push(self.load(direction, value, size)?);
             }
             return Ok(all);
         }
@@ -170,7 +192,7 @@ impl Sweep<'_> {
             for (direction, is_sine) in [(a.map(|a| a.re), false), (a.map(|a| -a.im), true)] {
                 if direction.amax() > 0.0 {
                     let part_of = |u: Complex<f64>| if is_sine { u.im } else { u.re };
-                    all.push(self.load(direction, |t| part_of(turned(t, k)))?);
+                    all.push(self.load(direction, |t| part_of(turned(t, k)), 1.0)?);
                 }
             }
         }
@@ -187,26 +209,19 @@ impl Sweep<'_> {
             }
             Forcing::BaseMotion(base) => {
                 let amplitudes = base.amplitudes();
-                let acceleration = |t: f64| {
-                    let (
-                        Swept {
-                            angle,
-                            rate,
-                            rate_slope,
-                        },
-                        [s, s1, s2],
-                    ) = (self.angle(part, t), self.drift.scale_at(t));
-                    let harmonic = |(k, u): (usize, &Complex<f64>)| {
+                let harmonics = |t: f64| {
+                    let (swept, [s, s1, s2]) = (self.angle(part, t), self.drift.scale_at(t));
+                    amplitudes.iter().enumerate().map(move |(k, u)| {
                         let k = (k + 1) as f64;
-                        let (w, slope) = (k * rate, k * rate_slope);
+                        let (w, slope) = (k * swept.rate, k * swept.rate_slope);
                         let factor = Complex::new(s2 - s * w * w, 2.0 * w * s1 + s * slope);
-                        (factor * u * Complex::cis(k * angle)).re
-                    };
-                    amplitudes.iter().enumerate().map(harmonic).sum()
+                        factor * u * Complex::cis(k * swept.angle)
+                    })
                 };
-                Ok(vec![
-                    BaseAcceleration::new(self.signal(acceleration)?).into(),
-                ])
+                let acceleration = |t: f64| harmonics(t).map(|z| z.re).sum();
+                let size = |t: f64| harmonics(t).map(Complex::norm).sum();
+                let signal = self.signal(acceleration, size)?;
+                Ok(vec![BaseAcceleration::new(signal).into()])
             }
             signal if self.drift.scale.is_none() => Ok(vec![signal.clone()]),
             _ => {
@@ -228,10 +243,26 @@ impl Sweep<'_> {
             let widened = clearance.map_or(0.0, |moving| moving.changed(t));
             widened + motion.map_or(0.0, |motion| self.displacement(motion, t))
         };
-        let signal = self.signal(value)?;
+        let size = |t: f64| {
+            let widened = clearance.map_or(0.0, |moving| moving.changed(t).abs());
+            widened + motion.map_or(0.0, |motion| self.largest_displacement(motion, t))
+        };
+        let signal = self.signal(value, size)?;
         Ok(stop
             .clone()
             .with_motion(Some(StopMotion::of_forcing(Load::new(0, signal)?.into()))))
+    }
+
+    /// The sizes of the terms of [`displacement`](Self::displacement).
+    fn largest_displacement(&self, motion: &Forcing, t: f64) -> f64 {
+        match motion {
+            Forcing::Harmonic(f) => f.amplitude()[0].norm(),
+            Forcing::Fourier(f) => {
+                let mean = f.mean().map_or(0.0, |mean| mean[0].abs());
+                mean + f.amplitudes().iter().map(|a| a[0].norm()).sum::<f64>()
+            }
+            signal => self.displacement(signal, t).abs(),
+        }
     }
 
     /// The displacement of a stop by its own motion.
@@ -252,11 +283,17 @@ impl Sweep<'_> {
     }
 }
 
-/// A scene over a span of time while some of its numbers drift. It holds beyond the end by a part of a period.
+/// A scene over a span of time while some of its numbers drift. It holds beyond the end by a part of a period. Long spans are many
+/// pieces: asks from time to time whether to go on.
 ///
 /// # Errors
-/// A forcing that cannot be scaled, a span of more periods than pieces follow.
-pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result<Scene> {
+/// A forcing that cannot be scaled, a span of more periods than pieces follow; `Error::Interrupted`.
+pub(crate) fn drifting(
+    scene: &Scene,
+    drift: &Drift,
+    span: (f64, f64),
+    go_on: ObserverFn<'_>,
+) -> Result<Scene> {
     if drift.is_still() {
         return Ok(scene.clone());
     }
@@ -276,6 +313,7 @@ pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result
         drift,
         lowest,
         span: (span.0, span.1 + beyond),
+        go_on: RefCell::new(go_on),
     };
     let parts = scene.forcing().parts();
     let forcing = if drift.turns_into_signals() {

@@ -105,21 +105,21 @@ impl Scene {
             {
                 Err(Error::bad_value(
                     "forcing",
-                    "a base motion",
+                    part.kind(),
                     "the linear system has no influence vector; give it one with `influence`",
                 ))
             }
             (Forcing::BaseMotion(_) | Forcing::BaseAcceleration(_), System::Nonlinear(_)) => {
                 Err(Error::bad_value(
                     "forcing",
-                    "a base motion",
+                    part.kind(),
                     "it moves a pendulum or a linear system; write it into the acceleration of a nonlinear system",
                 ))
             }
             (
                 Forcing::Harmonic(_) | Forcing::Fourier(_) | Forcing::Load(_),
                 System::Nonlinear(s),
-            ) if !s.has_mass() => Err(no_mass("a harmonic force")),
+            ) if !s.has_mass() => Err(no_mass(part.kind())),
             (Forcing::Load(load), _) => load.direction_vector(n).map(drop),
             _ => Ok(()),
         }

@@ -1,7 +1,9 @@
 //! Functions of time in pieces, each a polynomial (theory 11): measured samples, splines, functions by Chebyshev pieces.
 
 use crate::error::{Error, Result};
-use crate::model::chebyshev;
+use crate::model::chebyshev::{DEGREE, NODES};
+use crate::model::function_pieces::{Layout, PolynomialPiece, polynomial_pieces};
+use crate::observer::{ObserverFn, go_on_unless_broken_off};
 use crate::quantity::finite;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -105,20 +107,75 @@ impl Signal {
     /// A function on a span by Chebyshev pieces of degree 8, to 1e-14 of its largest value there and what the last place of the time
     /// makes of it. It is asked for its values at many times at once.
     ///
+    /// It is looked at all over the span first, and each piece at places of its own: nothing that lasts a thousandth of the span is lost.
+    /// What is shorter may be, unless [`from_function_with_breaks`](Self::from_function_with_breaks) says where it is. Kinks are found by
+    /// halving, to the last place of the time; jumps are refused.
+    ///
     /// # Errors
-    /// A span that is empty or not finite, values that are not finite, a function that 10^6 pieces do not follow; what the function
-    /// reports.
+    /// A span that is empty or not finite, values that are not finite, a function that 10^6 pieces do not follow to 1e-14, with the place;
+    /// what the function reports.
     pub fn from_function(
+        function: impl FnMut(&[f64]) -> Result<Vec<f64>>,
+        span: (f64, f64),
+    ) -> Result<Self> {
+        Self::from_function_with_breaks(function, span, &[])
+    }
+
+    /// [`from_function`](Self::from_function) where it is known at which times the function or a derivative of it jumps: it is taken from
+    /// both sides there, and from inside at an end of the span that is among them. The smooth parts between are looked at one by one,
+    /// however short.
+    ///
+    /// # Errors
+    /// As [`from_function`](Self::from_function); breaks outside the span or not finite.
+    pub fn from_function_with_breaks(
         mut function: impl FnMut(&[f64]) -> Result<Vec<f64>>,
         span: (f64, f64),
+        breaks: &[f64],
     ) -> Result<Self> {
         let (start, end) = span;
         if !(start.is_finite() && end.is_finite() && start < end) {
             let rule = "it must be (start, end), finite, with start < end";
             return Err(Error::bad_value("span", format!("({start}, {end})"), rule));
         }
-        let (breaks, derivatives) = chebyshev::pieces(&mut function, span)?;
-        Ok(Self::new(breaks, chebyshev::DEGREE, derivatives))
+        for (i, &t) in breaks.iter().enumerate() {
+            if !(start..=end).contains(&t) {
+                let rule = format!("it must lie in the span ({start}, {end})");
+                return Err(Error::bad_value(format!("breaks[{i}]"), t, rule));
+            }
+        }
+        // Zero has two signs.
+        let mut breaks: Vec<f64> = breaks.iter().map(|t| t + 0.0).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let layout = Layout {
+            breaks: &breaks,
+            is_unknown: true,
+            ..Layout::of_span((start + 0.0, end + 0.0))
+        };
+        Self::laid_out(&mut function, layout, &mut go_on_unless_broken_off)
+    }
+
+    /// A function laid out in pieces; asks whether to go on.
+    ///
+    /// # Errors
+    /// As [`polynomial_pieces`].
+    pub(crate) fn laid_out(
+        function: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>>,
+        layout: Layout<'_>,
+        go_on: ObserverFn<'_>,
+    ) -> Result<Self> {
+        let all = polynomial_pieces(function, layout, go_on)?;
+        let mut breaks: Vec<f64> = all.iter().map(|piece| piece.start).collect();
+        breaks.push(layout.span.1);
+        let mut derivatives = Vec::with_capacity(NODES * all.len());
+        for PolynomialPiece { start, end, powers } in &all {
+            let mut factor = 1.0;
+            for (m, power) in powers.iter().enumerate() {
+                derivatives.push(factor * power);
+                factor *= (m + 1) as f64 / (end - start);
+            }
+        }
+        Ok(Self::new(breaks, DEGREE, derivatives))
     }
 
     fn new(breaks: Vec<f64>, degree: usize, derivatives: Vec<f64>) -> Self {

@@ -57,7 +57,7 @@ pub(crate) use shooting::guess_instants::instants_of;
 pub(crate) use shooting::legs::{Leg, legs, struck_in_order};
 pub(crate) use shooting::mirror::images;
 pub(crate) use shooting::newton::Linearised;
-pub(crate) use shooting::own_time::with_phase;
+pub(crate) use shooting::own_time::{depends_on_own_time, with_phase};
 pub(crate) use shooting::signature::{OrbitOf, Signature, with_shooting};
 pub(crate) use stability::multipliers::{decides, largest_multiplier};
 pub(crate) use verdict::admissibility::{Admissibility, Breach, Rule, Ruling};

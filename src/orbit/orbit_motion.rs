@@ -296,7 +296,13 @@ impl OrbitMotion {
                 let judge = IntegratedJudge { maps: motion };
                 let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights, pattern);
                 let along = (pattern, flights);
-                over_flights(&**motion, along, unpaired, found, is_coupled, observer)
+                let (watched, watch) = motion.watched();
+                let stability =
+                    over_flights(&watched, along, unpaired, found, is_coupled, observer)?;
+                Ok(match watch.last() {
+                    None => stability,
+                    Some(doubt) => Stability::undefined(doubt.reason()),
+                })
             }
         }
     }

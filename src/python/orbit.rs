@@ -596,11 +596,10 @@ impl PyOrbit {
             Some(v) => format!("not admissible: {}", v.reason),
         };
         let mut text = format!(
-            "Orbit of pattern {}, period {:.6} ({} forcing periods), phase {:.6} rad\n  contact state q0 = {}, v0 = {}\n  {admissible}",
+            "Orbit of pattern {}, period {:.6}{}\n  contact state q0 = {}, v0 = {}\n  {admissible}",
             shown(o.pattern()),
             o.period(),
-            o.n_periods(),
-            o.phase(),
+            in_forcing(o),
             list(&o.q0()),
             list(&o.v0()),
         );
@@ -709,4 +708,17 @@ pub(crate) fn _restore_orbit(
 #[pyfunction]
 pub(crate) fn _check_orbit(py: Python<'_>, orbit: &PyOrbit) -> PyResult<()> {
     interrupt::run(py, false, |_| orbit.0.check_kept())
+}
+
+/// How many periods of the forcing an orbit has, and from which phase on; nothing without forcing. A whole turn is none.
+fn in_forcing(orbit: &PeriodicOrbit) -> String {
+    if orbit.scene().period().is_none() {
+        return String::new();
+    }
+    let whole = format!("{:.6}", std::f64::consts::TAU);
+    let phase = format!("{:.6}", orbit.phase());
+    let phase = if phase == whole { "0.000000" } else { &phase };
+    let count = orbit.n_periods();
+    let plural = if count == 1 { "" } else { "s" };
+    format!(" ({count} forcing period{plural}), phase {phase} rad")
 }

@@ -4,7 +4,9 @@
 use crate::contact::roots::{roots_of, value as value_of};
 use crate::error::Result;
 use crate::model::PhysicalState;
-use crate::model::chebyshev::{NODES, polynomial_pieces};
+use crate::model::chebyshev::NODES;
+use crate::model::function_pieces::{Layout, polynomial_pieces};
+use crate::observer::go_on_unless_broken_off;
 use crate::path::Path;
 use crate::section::motion::Sectioned;
 use crate::tolerance::{ROOM_ROUNDING, TIME_ROUNDING};
@@ -91,7 +93,11 @@ fn rises(
     }
     // In parts of its largest terms, of which sums have room.
     let mut function = |times: &[f64]| Ok(times.iter().map(|&t| at(t).0 / size).collect());
-    for piece in polynomial_pieces(&mut function, (0.0, span), ROOM_ROUNDING)? {
+    let layout = Layout {
+        known_to: ROOM_ROUNDING,
+        ..Layout::of_span((0.0, span))
+    };
+    for piece in polynomial_pieces(&mut function, layout, &mut go_on_unless_broken_off)? {
         let roots = roots_of::<NODES>(&piece.powers);
         let ends = std::iter::once(&0.0).chain(roots.slice());
         let nexts = roots.slice().iter().chain([&1.0]);

@@ -135,7 +135,15 @@ fn contacts_along(scene: &Scene, path: &str) -> String {
         n if n == k => ", and none missed by its bound on the curvature".to_owned(),
         n => format!(", and with {n} of them none missed by their bounds on the curvature"),
     };
-    format!("{}: every contact on {path} found{proved}", count(k))
+    let together = if k > 1 {
+        "; stops hit together by complementarity where they are coupled: Newton's law for all that are hit or touched at one instant"
+    } else {
+        ""
+    };
+    format!(
+        "{}: every contact on {path} found{proved}{together}",
+        count(k)
+    )
 }
 
 /// What several stops do at one instant.
@@ -145,7 +153,8 @@ fn together(geometry: &ContactGeometry) -> &'static str {
     match k {
         0 | 1 => "",
         _ if pairs.any(|(i, j)| geometry.is_coupled(i, j)) => {
-            "; stops hit together by complementarity, for some are coupled"
+            "; stops hit together by complementarity, for some are coupled: Newton's law for all that are hit or touched at one instant, not for \
+             one after the other, which any gap between them gives"
         }
         _ => "; stops hit together each by itself, for none are coupled",
     }

@@ -6,6 +6,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
+use crate::observer::go_on_unless_broken_off;
 use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
@@ -75,7 +76,10 @@ impl Trajectory {
         check(scene, &saved)?;
         let (ramps, until) = saved.ramps;
         let schedule = (!ramps.is_empty())
-            .then(|| Schedule::new(scene, &ramps, (saved.span.0, until)))
+            .then(|| {
+                let span = (saved.span.0, until);
+                Schedule::new(scene, &ramps, span, &mut go_on_unless_broken_off)
+            })
             .transpose()?;
         check_chapters(
             saved.span,

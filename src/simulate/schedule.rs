@@ -6,6 +6,7 @@ use crate::hybrid::clock::Clock;
 use crate::model::{
     Change, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, drifting, value_of,
 };
+use crate::observer::ObserverFn;
 use std::f64::consts::TAU;
 
 /// Chapters beyond which a run is not begun.
@@ -126,8 +127,14 @@ impl Schedule {
     /// The chapters of a run over a span; one, the scene as it is, where nothing changes.
     ///
     /// # Errors
-    /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so.
-    pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
+    /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so;
+    /// `Error::Interrupted` where the answer to whether to go on is to break off.
+    pub fn new(
+        scene: &Scene,
+        ramps: &[Ramp],
+        span: (f64, f64),
+        go_on: ObserverFn<'_>,
+    ) -> Result<Self> {
         let mut walk = Walk {
             steady: scene.clone(),
             levels: Vec::new(),
@@ -155,7 +162,7 @@ impl Schedule {
         let mut chapters = Vec::new();
         loop {
             let end = walk.next_change().min(span.1);
-            chapters.push(walk.chapter(end)?);
+            chapters.push(walk.chapter(end, go_on)?);
             if end >= span.1 {
                 break;
             }
@@ -304,7 +311,7 @@ impl Walk {
     }
 
     /// The chapter from now to a time.
-    fn chapter(&self, end: f64) -> Result<Chapter> {
+    fn chapter(&self, end: f64, go_on: ObserverFn<'_>) -> Result<Chapter> {
         let (drift, span) = (self.drift(), (self.now, end));
         let mut scene = self.steady.clone();
         let [force, damping] = self.factors;
@@ -314,7 +321,7 @@ impl Walk {
         if damping != 1.0 {
             scene = scene.replace(Change::DampingScale(damping))?;
         }
-        let scene = drifting(&scene, &drift, span)?;
+        let scene = drifting(&scene, &drift, span, go_on)?;
         let restitutions = self.drifting_stops(Parameter::RestitutionOf, Parameter::Restitution);
         let damping = self.drifting(Parameter::DampingScale);
         Ok(Chapter {

@@ -107,7 +107,7 @@ pub fn simulate_observed(
     let ramped = Arc::new(Ramped {
         ramps: options.ramps.clone(),
         until: t_span.1,
-        schedule: Schedule::new(scene, &options.ramps, t_span)?,
+        schedule: Schedule::new(scene, &options.ramps, t_span, &mut || observer(t_span.0))?,
     });
     let mut whole = Gathered::new(scene, Some(Arc::clone(&ramped)));
     let mut state = (q0.clone(), v0.clone());

@@ -1,9 +1,10 @@
 //! Bifurcation diagrams: what a motion settles on, over the values of a number of its scene (theory 15).
 
 use crate::error::{Error, Result};
+use crate::hybrid::joined;
 use crate::model::{PhysicalState, Scene};
 use crate::observer::ObserverFn;
-use crate::orbit::Pattern;
+use crate::orbit::{Pattern, depends_on_own_time};
 use crate::quantity::finite_vector;
 use crate::section::{
     Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
@@ -192,6 +193,26 @@ pub fn bifurcation_diagram_of(
     Ok(gathered(all, is_up, parameter, scenes[0].n_dof()))
 }
 
+/// Equations that depend on time by themselves repeat with the forcing at every value, as points at a phase of it mean.
+fn check_own_times(scenes: &[Scene], options: &DiagramOptions) -> Result<()> {
+    if !matches!(options.section, Section::Phase(_)) {
+        return Ok(());
+    }
+    for (i, scene) in scenes.iter().enumerate() {
+        let rest = || (DVector::zeros(scene.n_dof()), DVector::zeros(scene.n_dof()));
+        let start = joined(&options.start.clone().unwrap_or_else(rest));
+        // Where the start is an equilibrium at all times, what is beside it may not be.
+        let beside = start.add_scalar(1.0);
+        match depends_on_own_time(scene, &[start, beside]) {
+            Err(error) if error.is_about("scene") => {
+                return Err(error.at(format_args!("at the value {i} of the axis")));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<()> {
     if values.is_empty() {
         return Err(Error::bad_value(
@@ -226,6 +247,7 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
         }
         options.section.check(scene)?;
     }
+    check_own_times(scenes, options)?;
     if let Some((q0, v0)) = &options.start {
         finite_vector("q0", q0, n)?;
         finite_vector("v0", v0, n)?;

@@ -298,3 +298,92 @@ def test_convergence_error():
     assert isinstance(error, RuntimeError)
     assert not isinstance(error, ValueError)
     assert str(pickle.loads(pickle.dumps(error))) == "did not get there"
+
+
+# Messages say what was given. -----------------------------------------------------------------------------------------
+
+
+def van_der_pol():
+    return vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: (1 - q**2) * v - q, mass=1.0))
+
+
+def test_a_state_that_is_a_guess_is_called_no_trajectory():
+    with pytest.raises(ValueError, match="without impacts") as refused:
+        vi.find_orbit(van_der_pol(), ([2.0], [0.0], 6.6632868593))
+    assert "trajectory" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("forcing", "name"),
+    [
+        (vi.BaseAcceleration(([0.0, 1.0], [0.0, 1.0])), "a base acceleration"),
+        (vi.BaseMotion(0.1, 1.0), "a base motion"),
+    ],
+)
+def test_bases_are_refused_by_their_own_names(forcing, name):
+    for system in (vi.NonlinearSystem(1, lambda t, q, v: -q, mass=1.0), vi.LinearSystem(1.0, 0.1, 1.0)):
+        for given in (forcing, [vi.Harmonic([1.0], 1.0), forcing]):
+            with pytest.raises(ValueError, match=f"forcing is {name}, but"):
+                vi.Scene(system, given)
+
+
+@pytest.mark.parametrize(
+    ("forcing", "name"),
+    [
+        (vi.Harmonic([1.0], 1.0), "a harmonic force"),
+        (vi.Fourier([[1.0]], 1.0), "a periodic force"),
+        (vi.Load(0, ([0.0, 1.0], [1.0, 1.0])), "a load that follows a signal"),
+    ],
+)
+def test_forces_that_need_a_mass_say_which_they_are(forcing, name):
+    with pytest.raises(ValueError, match=f"{name} needs the mass matrix"):
+        vi.Scene(vi.NonlinearSystem(1, lambda t, q, v: -q), forcing)
+
+
+def test_an_orbit_shows_periods_of_a_forcing_that_it_has():
+    free = vi.Scene(vi.LinearSystem(1.0, -0.1, 1.0), stops=vi.Stop(0, 0.5, 0.5))
+    text = str(vi.find_orbit(free, vi.simulate(free, [0.1], [0.0], (0, 300)))).splitlines()[0]
+    assert "forcing" not in text
+    assert "phase" not in text
+    forced = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+    found = vi.periodic_orbits(forced, [0], n_periods=2)
+    assert found
+    assert all("(2 forcing periods), phase" in str(orbit).splitlines()[0] for orbit in found)
+
+
+def test_phases_of_a_whole_turn_less_rounding_are_shown_as_none():
+    system = vi.NonlinearSystem(1, lambda t, q, v: -q - 0.1 * v, mass=1.0)
+    scene = vi.Scene(system, vi.Harmonic([1.0], 0.8))
+    # A run that ends with a whole turn, to its rounding.
+    for turns in (60, 61, 67):
+        run = vi.simulate(scene, [0.0], [0.0], (0, turns * 2 * np.pi / 0.8))
+        text = str(vi.find_orbit(scene, run)).splitlines()[0]
+        assert "(1 forcing period), phase 0.000000 rad" in text
+
+
+def test_diagrams_refuse_equations_that_do_not_repeat_with_the_forcing():
+    def driven(t, q, v):
+        return -q - 0.2 * v + np.cos(0.8 * t)
+
+    def moved(t, q, v):
+        return -q * (1 + 0.3 * np.cos(0.8 * t)) - 0.2 * v
+
+    for acceleration in (driven, moved):
+        scene = vi.Scene(vi.NonlinearSystem(1, acceleration, mass=1.0), vi.Harmonic([0.0], 0.8))
+        options = {"transient": 20, "periods": 5}
+        with pytest.raises(ValueError, match=r"value 1 of the axis: .* depend on time by themselves"):
+            vi.bifurcation_diagram(scene, ("frequency", [0.8, 0.9, 1.0]), **options)
+        # At the frequency of its own all is well.
+        assert vi.bifurcation_diagram(scene, ("forcing_scale", [1.0, 2.0]), **options).n_periods.tolist() == [1, 1]
+
+
+def test_integrations_that_fail_count_their_steps():
+    """Steps that come to nothing after some, not after all that there may be."""
+
+    def away(t, q, v):
+        return np.where(t < 1.0, -q, 1.0 / np.maximum(1.2 - t, 0.0) ** 3)
+
+    scene = vi.Scene(vi.NonlinearSystem(1, away, mass=1.0), vi.Harmonic([0.1], 0.5))
+    with pytest.raises((ValueError, vi.ConvergenceError)) as failed:
+        vi.find_orbit(scene, ([0.1], [0.0]))
+    assert "10000000 iterations" not in str(failed.value)

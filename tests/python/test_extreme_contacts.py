@@ -514,3 +514,30 @@ class TestTwoStopsAtOnePlace:
         orbit = vi.find_orbit(doubled, orbit)
         assert orbit.is_admissible is False
         assert "stop 1 is reached together" in orbit.violation.reason
+
+
+def one_after_the_other(e, n=3):
+    """Equal balls in a row of which the first is sent into the others: the nearest pair that closes, until none does."""
+    v = np.eye(n)[0]
+    while closing := [i for i in range(n - 1) if v[i] - v[i + 1] > 1e-12]:
+        i = closing[-1]
+        mean, half = (v[i] + v[i + 1]) / 2, (v[i] - v[i + 1]) / 2
+        v[i], v[i + 1] = mean - e * half, mean + e * half
+    return v
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-6])
+def test_touching_balls_obey_the_law_that_the_plan_says(e, gap):
+    """In contact Newton's law of all at once, with any gap between them one impact after the other."""
+    stops = [vi.Stop([1, -1, 0], 1.0, e), vi.Stop([0, 1, -1], gap, e)]
+    scene = vi.Scene(vi.LinearSystem(np.ones(3), np.zeros(3), np.zeros(3)), stops=stops)
+    assert "Newton's law for all that are hit or touched at one instant, not for one after the other" in scene.plan()
+    run = vi.simulate(scene, np.zeros(3), [1.0, 0.0, 0.0], (0.0, 3.0))
+    if gap > 0.0:
+        expected = one_after_the_other(e)
+    else:
+        # Opening speeds e and 0 of the two contacts, and the momentum.
+        normals = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [1.0, 1.0, 1.0]])
+        expected = np.linalg.solve(normals, [e, 0.0, 1.0])
+    np.testing.assert_allclose(run.final[1], expected, atol=1e-9)

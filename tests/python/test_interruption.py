@@ -17,6 +17,8 @@ LONG = {
     "two_instants": "vi.periodic_orbits(wide.replace(damping_scale=1e-3), [0, 1], 1000)",
     "free": "vi.periodic_orbits(wide, [(0, 1)], free='frequency', between=(0.1, 10.0))",
     "existence_map": "vi.existence_map(lambda x, y: slow.replace(clearance=x), [0], [0.5], [0.5], workers=1)",
+    "ramp": "vi.simulate(wavering, [0.0], [0.0], (0, 4e5), keep='final', ramp=vi.Ramp('frequency', 2.0, over=4e5))",
+    "signal": "vi.Signal.from_function(np.sin, (0.0, 2e6))",
     "tile": "vi.existence_map(slow, [0], ('frequency', np.linspace(1.1e-12, 2e-12, 6)), ('phase', [0]), workers=map)",
 }
 
@@ -54,6 +56,7 @@ n = 100
 damping = 0.02 * np.eye(n) + 0.01 * np.diag(np.arange(n) % 3)
 stiffness = 4.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
 stops = [vi.Stop(i, 0.1, 0.8) for i in (0, 50)]
+wavering = vi.Scene(vi.LinearSystem(1.0, 0.1, 2.0), vi.Harmonic([1.0], 1.3), vi.Stop(0, 0.2, 0.5))
 wide = vi.Scene(vi.LinearSystem(np.eye(n), damping, stiffness), vi.Harmonic(np.ones(n), 1.5), stops)
 
 {setup}

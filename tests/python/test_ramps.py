@@ -476,3 +476,25 @@ def test_taylor_is_a_method_of_linear_scenes_along_any_ramp():
     for ramp in (vi.Ramp("clearance[0]", 0.3, over=5.0), vi.Ramp("frequency", 2.0, levels=3, dwell=2)):
         one, other = (vi.simulate(scene, REST, REST, (0, 20), method=method, ramp=ramp) for method in ("taylor", "auto"))
         np.testing.assert_array_equal(one.impacts, other.impacts)
+
+
+@pytest.mark.parametrize("off", [5e-3, 1e-5, 1e-9, 0.0])
+@pytest.mark.parametrize("turns", [0, 2, 1001])
+def test_a_force_that_is_small_all_the_time_is_followed(off, turns):
+    """Short restarts where the cosine passes zero: the force is known to its amplitude's rounding, however small it is itself."""
+    phase, end = np.pi / 2 + np.pi * turns - off, 0.01
+    one = vi.LinearSystem(1.0, 0.1, 4.0)
+    stops = [vi.Stop(0, 5.0, 0.5), vi.Stop(0, 6.0, 0.5, motion=vi.Harmonic(0.3, 1.0, phase))]
+    ramps = {
+        "frequency": (vi.Ramp("frequency", 2.0, rate=0.01), lambda t: np.cos(phase + t + 0.005 * t**2)),
+        "scale": (vi.Ramp("forcing_scale", 2.0, rate=0.01), lambda t: (1 + 0.01 * t) * np.cos(phase + t)),
+    }
+    for ramp, force in ramps.values():
+        x = solve_ivp(
+            lambda t, y, force=force: [y[1], force(t) - 4 * y[0] - 0.1 * y[1]], (0, end), [0.1, 0], "DOP853", rtol=1e-12
+        )
+        for method in ("auto", "dop853"):
+            run = vi.simulate(
+                vi.Scene(one, vi.Harmonic([1.0], 1.0, phase), stops), [0.1], [0.0], (0, end), ramp=ramp, method=method
+            )
+            np.testing.assert_allclose(np.concatenate(run.final), x.y[:, -1], atol=1e-12)

@@ -1,6 +1,7 @@
 """Forces and base motions that follow signals: samples, splines, functions."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -286,9 +287,116 @@ def test_signals_that_are_none_are_refused(signal, error, message):
         vi.Load(0, signal)
 
 
+BUMPS = {
+    "half-sine": lambda x: np.sin(np.pi * x),
+    "haversine": lambda x: np.sin(np.pi * x) ** 2,
+    "triangle": lambda x: 1 - np.abs(2 * x - 1),
+    "sawtooth of no slope at its end": lambda x: 6.75 * x * (1 - x) ** 2,
+    "bump": lambda x: np.exp(4 - 1 / np.clip(x * (1 - x), 1e-3, None)),
+    "wavelet": lambda x: np.sin(2 * np.pi * x) * np.sin(np.pi * x),
+}
+
+
+def pulse(bump, a, width):
+    return lambda t: np.where((t > a) & (t < a + width), bump((t - a) / width), 0.0)
+
+
+@pytest.mark.parametrize("shape", BUMPS)
+@pytest.mark.parametrize("span", [(0.0, 10.0), (-3.0, 2.0), (1000.0, 1001.0)])
+def test_nothing_that_lasts_a_thousandth_of_the_span_is_lost(shape, span):
+    rng = np.random.default_rng(7)
+    length = span[1] - span[0]
+    for width in length * np.array([1e-3, 2e-3, 0.02, 0.3]):
+        for _ in range(5):
+            a = rng.uniform(span[0], span[1] - width)
+            f = pulse(BUMPS[shape], a, width)
+            signal = vi.Signal.from_function(f, span)
+            t = np.concatenate([a + width * rng.uniform(size=300), rng.uniform(*span, 300)])
+            # What four last places of the time make of slopes of up to ten heights over the width.
+            allowed = 3e-14 + 80 * np.spacing(max(map(abs, span))) / width
+            np.testing.assert_allclose(signal(t), f(t), rtol=0, atol=allowed)
+
+
+@pytest.mark.parametrize("k", [8, 16, 32, 64, 128, 1024])
+def test_functions_that_are_the_same_in_special_places_are_seen(k):
+    """Polynomials of Chebyshev that are 1 at all places of lower ones, and waves that repeat at every regular step."""
+
+    def chebyshev(t):
+        return 2 + np.cos(k * np.arccos(np.clip(2 * t - 1, -1, 1)))
+
+    t = np.linspace(0.05, 0.95, 999)
+    np.testing.assert_allclose(vi.Signal.from_function(chebyshev, (0.0, 1.0))(t), chebyshev(t), atol=1e-12 * k)
+
+    def wave(t):
+        return np.sin(2 * np.pi * 4 * k * t) ** 2
+
+    np.testing.assert_allclose(vi.Signal.from_function(wave, (0.0, 1.0))(t), wave(t), atol=2e-15 * 4 * k + 1e-13)
+
+
+def test_named_breaks_are_where_a_function_jumps():
+    def steps(t):
+        return np.where(t < 1.0, 0.0, np.where(t < 2.5, np.cos(t), -1.0)) + 0.3 * (t >= 3.0)
+
+    signal = vi.Signal.from_function(steps, (0.0, 4.0), breaks=[2.5, 1.0, 3.0, 1.0])
+    t = np.linspace(0, 4, 1001)[:-1]
+    np.testing.assert_allclose(signal(t), steps(t), atol=1e-14)
+    assert len(signal.x) < 12
+    for place in (1.0, 2.5, 3.0):
+        others = [b for b in (1.0, 2.5, 3.0) if b != place]
+        with pytest.raises(ValueError, match=r"the function is off by .*breaks") as refused:
+            vi.Signal.from_function(steps, (0.0, 4.0), breaks=others)
+        assert abs(float(re.search(r"near t = (\S+)", str(refused.value))[1]) - place) < 1e-6
+    # A value that the function has at the end of the span alone is not asked for where the end is named.
+    ends = vi.Signal.from_function(lambda t: np.where(t < 4.0, 1.0, 0.0), (0.0, 4.0), breaks=[4.0])
+    assert len(ends.x) == 2
+    np.testing.assert_allclose(ends([0.0, 2.0, 3.999]), 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("width", [1e-4, 1e-6, 1e-8])
+def test_short_pulses_are_seen_between_their_breaks(width):
+    a = 3.1
+    f = pulse(BUMPS["half-sine"], a, width)
+    signal = vi.Signal.from_function(f, (0.0, 10.0), breaks=[a, a + width])
+    t = a + width * np.linspace(0.01, 0.99, 99)
+    np.testing.assert_allclose(signal(t), f(t), atol=1e-13 + 30 * np.spacing(a) / width)
+    assert len(signal.x) < 20
+
+
+def test_kinks_are_found_and_named_ones_cost_nothing():
+    def kinked(t):
+        return np.abs(np.sin(t)) + np.maximum(t - np.sqrt(2), 0.0) ** 2
+
+    kinks = [0.0, np.pi, 2 * np.pi, np.sqrt(2)]
+    found = vi.Signal.from_function(kinked, (-1.0, 7.0))
+    named = vi.Signal.from_function(kinked, (-1.0, 7.0), breaks=kinks)
+    t = np.random.default_rng(3).uniform(-1, 7, 2000)
+    for signal in (found, named):
+        np.testing.assert_allclose(signal(t), kinked(t), rtol=0, atol=31 * 2e-14)
+    assert len(named.x) < 0.3 * len(found.x)
+
+
+def test_the_load_of_a_shock_moves_a_base_as_the_shock_does():
+    a, width = 3.1, 0.02
+    f = pulse(BUMPS["half-sine"], a, width)
+    for breaks in ((), (a, a + width)):
+        shock = vi.Signal.from_function(lambda t: 40 * f(t), (0.0, 10.0), breaks=breaks)
+        one = vi.LinearSystem(1.0, 0.2, 25.0, influence=1.0)
+        run = vi.simulate(vi.Scene(one, vi.BaseAcceleration(shock)), 0.0, 0.0, (0.0, 3.3), t_eval=[3.05, 3.3])
+        assert np.abs(run.q[0]).max() == 0.0
+        # Enlarged by the sine and its derivative.
+        w = np.pi / width
+        generator = np.array([[0, 1, 0, 0], [-25, -0.2, -40, 0], [0, 0, 0, w], [0, 0, -w, 0.0]])
+        x = expm(generator * width) @ [0, 0, 0, 1.0]
+        x = expm(generator[:2, :2] * (3.3 - a - width)) @ x[:2]
+        np.testing.assert_allclose([run.q[1, 0], run.v[1, 0]], x, atol=1e-13)
+
+
 def test_functions_that_no_pieces_follow_are_refused():
-    with pytest.raises(ValueError, match="the function is off by"):
+    with pytest.raises(ValueError, match=r"the function is off by .* near t = .*breaks"):
         vi.Signal.from_function(np.sign, (-1.0, 2.1))
+    for breaks, message in (([3.0], r"breaks\[0\] is 3, but it must lie in the span"), ([1.0, np.nan], r"breaks\[1\] is NaN")):
+        with pytest.raises(ValueError, match=message):
+            vi.Signal.from_function(np.sin, (0.0, 2.0), breaks=breaks)
     with pytest.raises(ValueError, match="must be finite"):
         vi.Signal.from_function(lambda t: t * np.nan, (0.0, 1.0))
     with pytest.raises(ValueError, match="span"):

@@ -4,8 +4,10 @@ use super::flight_pieces::{FlightPieces, OrbitMethod};
 use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
-use crate::flow::integrate::{Variational, integrate, joined, parted};
+use crate::flow::differences::Watch;
+use crate::flow::integrate::{KeptStep, integrate};
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
+use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -32,6 +34,8 @@ pub(crate) struct IntegratedMaps {
     /// What moves it where no stop is held, if that has Taylor series.
     series: Option<SeriesFlow>,
     breaks: Breaks,
+    /// Where doubts about deviations are noted, if somebody wants to know.
+    watch: Option<Arc<Watch>>,
 }
 
 impl IntegratedMaps {
@@ -45,7 +49,18 @@ impl IntegratedMaps {
             tolerance: TOLERANCE,
             series: SeriesFlow::new(scene, TOLERANCE),
             breaks: Breaks(scene.excitation().breaks()),
+            watch: None,
         }
+    }
+
+    /// The same, and where it notes doubts about deviations.
+    pub fn watched(&self) -> (Self, Arc<Watch>) {
+        let watch = Arc::new(Watch::default());
+        let maps = Self {
+            watch: Some(Arc::clone(&watch)),
+            ..self.clone()
+        };
+        (maps, watch)
     }
 
     /// The same to a tolerance that is as small beside motions of some size as the usual one beside one.
@@ -92,7 +107,15 @@ impl IntegratedMaps {
         let mut x: Vec<f64> = state.iter().copied().collect();
         let mut steps = Vec::new();
         let (motion, tolerance) = (self.constrained(held), self.tolerance);
-        integrate::<OrbitMethod, _>(&motion, at, span, tolerance, &mut x, Some(&mut steps))?;
+        integrate::<OrbitMethod, _>(&motion, (at, span), tolerance, &mut x, |step| {
+            let dense = step.stepper.dense(&motion, step.start, step.h)?;
+            steps.push(KeptStep {
+                start: step.done,
+                h: step.h,
+                dense,
+            });
+            Ok(())
+        })?;
         Ok(FlightPieces::Steps(steps))
     }
 
@@ -160,11 +183,13 @@ impl IntegratedMaps {
         }
         let mut x = joined(state.as_slice(), deviations.as_slice());
         let motion = self.constrained(held);
-        let dynamics = Variational {
-            dynamics: &motion,
-            count: deviations.ncols(),
-        };
-        integrate::<P, _>(&dynamics, at, span, tolerance, &mut x, None)?;
+        // The others' accelerations are smooth; contact forces are had by differences themselves.
+        let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
+        let watch = self.watch.as_deref().filter(|_| is_own);
+        let dynamics = Variational::new(&motion, deviations.ncols(), watch);
+        integrate::<P, _>(&dynamics, (at, span), tolerance, &mut x, |step| {
+            dynamics.look_across(&step)
+        })?;
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
         Ok(None)
     }

@@ -439,8 +439,12 @@ fn without_instants(
     held: &[usize],
 ) -> Result<Start> {
     let Some(w) = frequency else {
-        let rule = "a trajectory without impacts in a scene without forcing has no period to find";
-        return Err(Error::bad_value("guess", "a trajectory", rule));
+        let rule = "in a scene without forcing nothing gives it a period and a phase that could be looked for";
+        return Err(Error::bad_value(
+            "guess",
+            "of a motion without impacts",
+            rule,
+        ));
     };
     let (_, end) = trajectory.span();
     let n = n_periods.unwrap_or(1);

@@ -37,6 +37,17 @@ pub struct Stability {
     pub orders: Vec<OrderMultipliers>,
 }
 
+impl Stability {
+    /// That of an orbit that has no multipliers, and why.
+    pub(crate) fn undefined(reason: String) -> Self {
+        Self {
+            is_stable: None,
+            reason,
+            orders: Vec::new(),
+        }
+    }
+}
+
 impl OrderMultipliers {
     /// The largest modulus.
     pub fn spectral_radius(&self) -> f64 {
@@ -187,11 +198,7 @@ pub(crate) fn refused(
 }
 
 fn without_multipliers(refusal: Refusal) -> Stability {
-    Stability {
-        is_stable: None,
-        reason: refusal.describe(),
-        orders: Vec::new(),
-    }
+    Stability::undefined(refusal.describe())
 }
 
 /// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.

@@ -1,0 +1,458 @@
+//! Derivatives of an acceleration along deviations from a motion, by central differences whose steps follow the scale on which it bends.
+//!
+//! What is known anyway says how it bends: `a(x + h d) - a(x)` and `a(x) - a(x - h d)` differ by `h^2 a''`. Where they do, and from time to
+//! time where they do not, a difference of another length is taken: a step is good if one of a sixteenth gives the same. It is kept for the
+//! next places along the motion, and longer ones are tried there once in a while.
+
+use crate::error::Result;
+use crate::model::DIFFERENCE;
+use crate::tolerance::{BENT, DOUBTFUL, SAME_DIFFERENCE};
+use std::sync::{Mutex, PoisonError};
+
+/// Between steps that are compared.
+const RATIO: f64 = 16.0;
+/// Steps that are tried, each in that ratio to the one before: the shortest is 4e-13 of the state's size, where rounding takes over.
+const MOST_LEVELS: i32 = 6;
+/// Evaluations between two comparisons where nothing bends.
+const BETWEEN: u32 = 16;
+/// Evaluations for which nothing is compared where no length did better: the function is rough.
+const REST: u32 = 256;
+/// The step from which on beside a kink or a jump the next place is tried.
+const BESIDE_KINK: i32 = 3;
+/// Longest steps by which places are apart that are no one kink or jump any more.
+const APART: f64 = 64.0;
+/// Roundings of an acceleration that are in the difference of two.
+const ROUNDINGS: f64 = 16.0;
+
+/// Why deviations from a motion are not to be trusted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Doubt {
+    /// The acceleration jumps.
+    Jump { time: f64 },
+    /// Differences of no two lengths agree.
+    Differences { time: f64 },
+}
+
+/// Where the last doubt is noted.
+#[derive(Debug, Default)]
+pub(crate) struct Watch(Mutex<Option<Doubt>>);
+
+impl Watch {
+    /// Takes note of a doubt.
+    pub fn note(&self, doubt: Doubt) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(doubt);
+    }
+
+    /// The last doubt.
+    pub fn last(&self) -> Option<Doubt> {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Doubt {
+    /// When it arose.
+    pub fn time(self) -> f64 {
+        let (Self::Jump { time } | Self::Differences { time }) = self;
+        time
+    }
+
+    /// What is to be said of it.
+    pub fn reason(self) -> String {
+        match self {
+            Self::Jump { time } => format!(
+                "the acceleration jumps, or bends within less than a step, at t = {time:.6}: what deviations become there is not in its \
+                 derivatives; smooth it over a time that steps resolve, or make the place a stop"
+            ),
+            Self::Differences { time } => format!(
+                "differences of the acceleration of no two lengths agree at t = {time:.6}: it is rough there; give the system its `jacobian`"
+            ),
+        }
+    }
+}
+
+/// How long the step along one deviation is.
+#[derive(Debug, Clone, Default)]
+struct Length {
+    /// How often the ratio has shortened it.
+    level: i32,
+    /// Evaluations until lengths are compared.
+    left: u32,
+    /// Whether none did better: until then nothing is compared.
+    is_rough: bool,
+    /// Where no two lengths have agreed since they did last.
+    lost_at: Option<[Vec<f64>; 2]>,
+}
+
+/// A difference quotient along a deviation.
+#[derive(Clone)]
+struct Quotient {
+    level: i32,
+    value: Vec<f64>,
+    /// The smaller of those to both sides: across a jump, that on the side of the place.
+    one_sided: Vec<f64>,
+    /// What of it is rounding.
+    rounding: f64,
+    /// Whether those on both sides that it is the mean of differ.
+    is_bent: bool,
+}
+
+impl Quotient {
+    /// By which part of its entries another differs, beyond the rounding of both.
+    fn off(&self, other: &Self) -> f64 {
+        let rounding = self.rounding + other.rounding;
+        let each = self.value.iter().zip(&other.value).map(|(a, b)| {
+            let beyond = (a - b).abs() - rounding;
+            if beyond > 0.0 {
+                beyond / a.abs().max(b.abs())
+            } else {
+                0.0
+            }
+        });
+        each.fold(0.0, f64::max)
+    }
+}
+
+/// What differences have learned along a motion.
+#[derive(Debug)]
+pub(crate) struct Differences {
+    lengths: Vec<Length>,
+    /// Position and velocity of the place, and the acceleration there.
+    place: [Vec<f64>; 2],
+    base: Vec<f64>,
+    /// The longest step, in units of the state.
+    longest: f64,
+    /// Rounding of a difference of accelerations.
+    rounding: f64,
+    moved: [Vec<f64>; 2],
+    behind: Vec<f64>,
+    /// Whether lengths are compared at all: where nobody asks how good the derivatives are, one length does, and a jump is a steep slope.
+    is_watched: bool,
+    /// Whether those of no two lengths agreed, once.
+    pub is_doubtful: bool,
+}
+
+/// The acceleration at a position and a velocity.
+type Acceleration<'a> = &'a dyn Fn(&[f64], &[f64], &mut [f64]) -> Result<()>;
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0f64, |m, x| m.max(x.abs()))
+}
+
+impl Differences {
+    /// Of so many deviations.
+    pub fn new(count: usize, is_watched: bool) -> Self {
+        Self {
+            lengths: vec![Length::default(); count],
+            place: [Vec::new(), Vec::new()],
+            base: Vec::new(),
+            longest: DIFFERENCE,
+            rounding: 0.0,
+            moved: [Vec::new(), Vec::new()],
+            behind: Vec::new(),
+            is_watched,
+            is_doubtful: false,
+        }
+    }
+
+    /// Goes to a place with its acceleration.
+    pub fn begin(&mut self, (q, v): (&[f64], &[f64]), base: &[f64]) {
+        for (own, given) in (self.place.iter_mut().chain([&mut self.base])).zip([q, v, base]) {
+            own.clear();
+            own.extend_from_slice(given);
+        }
+        self.longest = DIFFERENCE * (1.0 + largest(q).max(largest(v)));
+        self.rounding = ROUNDINGS * f64::EPSILON * largest(base);
+    }
+
+    /// Writes the derivative of the acceleration along the k-th deviation.
+    ///
+    /// # Errors
+    /// What the acceleration reports.
+    pub fn along(
+        &mut self,
+        k: usize,
+        deviation: [&[f64]; 2],
+        acceleration: Acceleration<'_>,
+        out: &mut [f64],
+    ) -> Result<()> {
+        let size = largest(deviation[0]).max(largest(deviation[1]));
+        if size == 0.0 {
+            out.fill(0.0);
+            return Ok(());
+        }
+        if !self.is_watched {
+            return self.plain(self.longest / size, deviation, acceleration, out);
+        }
+        let quotient = |level: i32| {
+            let step = self.longest / size * RATIO.powi(-level);
+            self.quotient((level, step), deviation, acceleration)
+        };
+        let Length {
+            level,
+            left,
+            is_rough,
+            ..
+        } = self.lengths[k];
+        let found = quotient(level)?;
+        if left > 0 && (is_rough || !found.is_bent) {
+            self.lengths[k].left -= 1;
+            out.copy_from_slice(&found.value);
+            return Ok(());
+        }
+        let Compared {
+            found,
+            off,
+            is_rough,
+        } = compared(found, quotient)?;
+        if off > DOUBTFUL {
+            self.lose(k);
+        } else {
+            self.lengths[k] = Length {
+                level: found.level,
+                left: if is_rough { REST } else { BETWEEN },
+                is_rough,
+                lost_at: None,
+            };
+        }
+        out.copy_from_slice(&found.value);
+        Ok(())
+    }
+
+    /// No two lengths agree. At a kink or a jump of the motion, to which its steps come as near as their error asks, that is so for a moment;
+    /// a rough function is so wherever the motion goes.
+    fn lose(&mut self, k: usize) {
+        let far = APART * self.longest;
+        let [q, v] = &self.place;
+        let own = &mut self.lengths[k];
+        let moved = |[a, b]: &[Vec<f64>; 2]| {
+            let both = a.iter().zip(q).chain(b.iter().zip(v));
+            both.fold(0.0f64, |m, (x, y)| m.max((x - y).abs()))
+        };
+        if own.lost_at.as_ref().is_some_and(|place| moved(place) > far) {
+            self.is_doubtful = true;
+            *own = Length {
+                left: REST,
+                is_rough: true,
+                ..Length::default()
+            };
+        } else {
+            own.lost_at.get_or_insert_with(|| [q.clone(), v.clone()]);
+            (own.level, own.left, own.is_rough) = (BESIDE_KINK, 0, false);
+        }
+    }
+
+    /// The quotient of one step.
+    fn plain(
+        &mut self,
+        step: f64,
+        deviation: [&[f64]; 2],
+        acceleration: Acceleration<'_>,
+        out: &mut [f64],
+    ) -> Result<()> {
+        let Self {
+            place,
+            moved,
+            behind,
+            ..
+        } = self;
+        behind.resize(out.len(), 0.0);
+        for (step, a) in [(step, &mut *out), (-step, behind.as_mut_slice())] {
+            for of in 0..2 {
+                let both = place[of].iter().zip(deviation[of]);
+                moved[of].clear();
+                moved[of].extend(both.map(|(x, d)| x + step * d));
+            }
+            acceleration(&moved[0], &moved[1], a)?;
+        }
+        for (out, behind) in out.iter_mut().zip(behind) {
+            *out = (*out - *behind) / (2.0 * step);
+        }
+        Ok(())
+    }
+
+    /// The quotient of a step of some level and length.
+    fn quotient(
+        &self,
+        (level, step): (i32, f64),
+        deviation: [&[f64]; 2],
+        acceleration: Acceleration<'_>,
+    ) -> Result<Quotient> {
+        let n = self.base.len();
+        let beside = |step: f64| -> Result<Vec<f64>> {
+            let [q, v] = [0, 1].map(|of: usize| -> Vec<f64> {
+                let both = self.place[of].iter().zip(deviation[of]);
+                both.map(|(x, d)| x + step * d).collect()
+            });
+            let mut a = vec![0.0; n];
+            acceleration(&q, &v, &mut a)?;
+            Ok(a)
+        };
+        let (ahead, behind) = (beside(step)?, beside(-step)?);
+        let rounding = self.rounding / step;
+        let value = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * step));
+        let value: Vec<f64> = value.collect();
+        let slope = |a: &[f64], b: &[f64]| -> Vec<f64> {
+            a.iter().zip(b).map(|(a, b)| (a - b) / step).collect()
+        };
+        let (rise, fall) = (slope(&ahead, &self.base), slope(&self.base, &behind));
+        let is_bent = (rise.iter().zip(&fall))
+            .any(|(a, b)| (a - b).abs() > BENT * (a.abs() + b.abs()) + rounding);
+        let one_sided = if largest(&rise) < largest(&fall) {
+            rise
+        } else {
+            fall
+        };
+        Ok(Quotient {
+            level,
+            value,
+            one_sided,
+            rounding,
+            is_bent,
+        })
+    }
+}
+
+/// What a comparison of lengths has found: a quotient, by which part one of another length differs from it, and whether shorter ones only do
+/// so more.
+struct Compared {
+    found: Quotient,
+    off: f64,
+    is_rough: bool,
+}
+
+/// The longest quotient that a shorter one agrees with; where none do, that which comes nearest to doing so.
+fn compared(found: Quotient, quotient: impl Fn(i32) -> Result<Quotient>) -> Result<Compared> {
+    let good = |found: Quotient| Compared {
+        found,
+        off: 0.0,
+        is_rough: false,
+    };
+    if found.level > 0 && !found.is_bent {
+        let longer = quotient(found.level - 1)?;
+        let is_good = !longer.is_bent && longer.off(&found) <= SAME_DIFFERENCE;
+        return Ok(good(if is_good { longer } else { found }));
+    }
+    let (first, mut longer) = (found.level, found);
+    let mut best: Option<Compared> = None;
+    for level in first + 1..=MOST_LEVELS {
+        let shorter = quotient(level)?;
+        let off = longer.off(&shorter);
+        if off <= SAME_DIFFERENCE {
+            return Ok(good(longer));
+        }
+        match &mut best {
+            // What bends is known the better the shorter the step, what is rough the worse.
+            Some(best) if off >= 0.5 * best.off => best.is_rough |= best.found.level == first,
+            _ => {
+                let found = if level == first + 1 {
+                    longer
+                } else {
+                    shorter.clone()
+                };
+                best = Some(Compared {
+                    found,
+                    off,
+                    is_rough: false,
+                });
+            }
+        }
+        longer = shorter;
+    }
+    if let Some(best) = best.as_mut().filter(|best| best.off > DOUBTFUL) {
+        best.found.value.clone_from(&best.found.one_sided);
+    }
+    Ok(best.unwrap_or_else(|| good(longer)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// The derivatives by v of `f(q, v)` along a motion of places, with whether they are doubted and how often f was asked for each.
+    fn along(f: impl Fn(f64, f64) -> f64, places: &[[f64; 2]]) -> (Vec<f64>, bool, f64) {
+        let asked = Cell::new(0);
+        let acceleration = |q: &[f64], v: &[f64], a: &mut [f64]| {
+            asked.set(asked.get() + 1);
+            a[0] = f(q[0], v[0]);
+            Ok(())
+        };
+        let mut differences = Differences::new(1, true);
+        let found = places.iter().map(|&[q, v]| {
+            differences.begin((&[q], &[v]), &[f(q, v)]);
+            let mut out = [0.0];
+            let done = differences.along(0, [&[0.0], &[1.0]], &acceleration, &mut out);
+            done.expect("no function fails");
+            out[0]
+        });
+        let found = found.collect();
+        (
+            found,
+            differences.is_doubtful,
+            f64::from(asked.get()) / places.len() as f64,
+        )
+    }
+
+    /// Through zero, ever slower towards it, and exactly there.
+    fn through_zero() -> Vec<[f64; 2]> {
+        let v = (-200..=200).map(|i: i32| {
+            let x = f64::from(i) / 200.0;
+            x.signum() * x * x * 10f64.powf(-9.0 * (1.0 - x.abs()))
+        });
+        v.map(|v| [0.7, v]).collect()
+    }
+
+    #[test]
+    fn steps_follow_the_width_of_what_bends() {
+        for width in [1.0, 1e-2, 1e-4, 1e-6, 1e-8] {
+            let places = through_zero();
+            let (found, is_doubtful, _) = along(|q, v| -q - 0.3 * (v / width).tanh(), &places);
+            assert!(!is_doubtful, "{width}");
+            for (found, [_, v]) in found.iter().zip(&places) {
+                let right = -0.3 / width / (v / width).cosh().powi(2);
+                // An acceleration of one, rounded, over the width.
+                let allowed = 2e-5 * right.abs() + 1e-9 / width;
+                assert!(
+                    (found - right).abs() <= allowed,
+                    "{width} at {v:e}: {found} {right}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn smooth_functions_cost_no_more_and_are_not_doubted() {
+        let functions: [(&str, fn(f64, f64) -> f64); 5] = [
+            ("a line", |q, v| 3.0 - 1e5 * q - 0.3 * v),
+            ("Duffing", |q, v| -q - 7.0 * q.powi(3) - 0.1 * v * v.abs()),
+            ("a pendulum", |q, v| -q.sin() * (1.0 + v * v)),
+            ("nothing", |_, _| 0.0),
+            ("a stiff spring", |q, v| -1e8 * (q - 0.7) - 10.0 * v),
+        ];
+        let places: Vec<[f64; 2]> = (0..2000)
+            .map(|i| f64::from(i) * 0.01)
+            .map(|t| [t.sin() + 0.1, 1.5 * t.cos()])
+            .collect();
+        for (name, f) in functions {
+            let (_, is_doubtful, asked) = along(f, &places);
+            assert!(!is_doubtful, "{name}");
+            assert!(asked <= 2.2, "{name}: {asked}");
+        }
+    }
+
+    #[test]
+    fn rough_functions_are_doubted_and_jumps_are_seen_from_one_side() {
+        // Errors of another iteration's tolerance, as random as the last digits of a large angle's sine.
+        let rough = |q: f64, v: f64| -q - 0.3 * v + 1e-7 * (1e12 * v).sin();
+        let places: Vec<[f64; 2]> = (0..200).map(|i| [0.3, f64::from(i) * 0.01]).collect();
+        let (_, is_doubtful, asked) = along(rough, &places);
+        assert!(is_doubtful && asked < 3.0, "{asked}");
+        // On a jump itself, and beside it.
+        let jump = |_: f64, v: f64| if v > 0.5 { 2.0 - v } else { -3.0 * v };
+        for v in [0.5, 0.5 + 1e-7, 0.5 - 1e-7, 0.6] {
+            let (found, ..) = along(jump, &[[0.0, v]]);
+            let right = if v > 0.5 { -1.0 } else { -3.0 };
+            assert!((found[0] - right).abs() < 1e-4, "{v}: {}", found[0]);
+        }
+    }
+}
