@@ -152,6 +152,8 @@ pub enum Status {
     InsideStop,
     /// At a contact that no rule resolves: no step is short enough to tell it from none, or stops go on to strike each other.
     UnresolvedContact,
+    /// Where a search for contacts could not be certified.
+    Uncertain,
 }
 
 impl Status {
@@ -163,6 +165,7 @@ impl Status {
             Self::StepUnderflow,
             Self::InsideStop,
             Self::UnresolvedContact,
+            Self::Uncertain,
         ]
         .into_iter()
         .find(|s| s.name() == name)
@@ -177,6 +180,7 @@ impl Status {
             Self::StepUnderflow => "step_underflow",
             Self::InsideStop => "inside_stop",
             Self::UnresolvedContact => "unresolved_contact",
+            Self::Uncertain => "uncertain",
         }
     }
 }

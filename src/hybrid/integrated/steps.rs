@@ -1,8 +1,10 @@
 //! Flights in steps of any method (`flow/steps`): free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
+use super::contact::Landing;
 use super::free::FreeFlight;
 use super::scene::Integrated;
+use crate::contact::certified::Doubt;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
@@ -378,6 +380,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
+        self.doubt = None;
         self.forget_extents();
         let kind = if IS_HELD {
             SegmentKind::Stick
@@ -405,21 +408,27 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     }
                     break Arrival::End;
                 }
-                Trial::TooShort => break Arrival::Underflow,
+                Trial::TooShort => break self.given_up(),
             };
-            self.evaluate_gaps_ahead(h, h)?;
+            if !self.evaluate_gaps_within_doubles(h)? {
+                self.h = Some(0.25 * h);
+                continue;
+            }
             let may_shorten = halvings < MOST_HALVINGS;
             let FirstEvent { stop, root } =
-                self.contact_along::<E, IS_HELD>(dynamics, orders, h)?;
+                self.contact_along::<E, IS_HELD>(dynamics, orders, (h, may_shorten))?;
             let found = match root {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
-                    let lowest = self.descend(dynamics, stop, at * h, h)?;
-                    self.h = Some(lowest.unwrap_or(0.5 * h));
+                    self.h = Some(self.shorter(dynamics, (stop, at), h)?);
                     continue;
                 }
-                FirstRoot::Undecided { .. } | FirstRoot::None => None,
+                FirstRoot::Undecided { .. } => match self.doubt {
+                    Some(_) => break self.given_up(),
+                    None => None,
+                },
+                FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
             let FirstEvent { stop, root } = if IS_HELD {
@@ -436,7 +445,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, .. } => Some((stop, at)),
             };
-            halvings = 0;
             self.accept(h, next);
             // Where stops are held, the drift of their gaps and speeds is projected away before an event.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
@@ -444,10 +452,19 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 break self.arrive_at_release(dynamics, stop, (x, h), recorder)?;
             }
             if let Some((stop, x, passed)) = found {
-                let order = orders.map_or(0, |orders| orders[stop]);
                 let parts = (x, passed, h);
-                break self.arrive_at_contact(dynamics, (stop, order), parts, recorder)?;
+                let reached = self.arrive_at_contact(dynamics, (stop, orders), parts, recorder)?;
+                match reached {
+                    Some(arrival) => break arrival,
+                    None if may_shorten => {
+                        halvings += 1;
+                        self.h = Some(0.5 * h);
+                        continue;
+                    }
+                    None => break self.given_up(),
+                }
             }
+            halvings = 0;
             if is_recorded {
                 self.record(dynamics, h, is_last.then_some(last), recorder)?;
             }
@@ -485,19 +502,65 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(Arrival::Release { stop })
     }
 
-    /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `order` is that of the
-    /// zero of its gap where the step began.
+    /// How a flight ends whose steps cannot be made shorter.
+    #[cold]
+    fn given_up(&self) -> Arrival {
+        match self.doubt {
+            Some((stop, doubt)) => Arrival::Uncertain { stop, doubt },
+            None => Arrival::Underflow,
+        }
+    }
+
+    /// A shorter step than one that cannot tell a contact near a part of it from none: to the minimum there, if that is all.
+    #[cold]
+    fn shorter<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        (stop, at): (usize, f64),
+        h: f64,
+    ) -> Result<f64> {
+        if self.doubt.is_some() {
+            return Ok(0.5 * h);
+        }
+        let lowest = self.descend(dynamics, stop, at * h, h)?;
+        Ok(lowest.unwrap_or(0.5 * h))
+    }
+
+    /// The gaps at the end of the step last taken; false where one is no number so far away.
+    fn evaluate_gaps_within_doubles(&mut self, h: f64) -> Result<bool> {
+        match self.evaluate_gaps_ahead(h, h) {
+            Ok(()) => Ok(true),
+            Err(error) => self.refuse(error),
+        }
+    }
+
+    /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `orders` are those of the
+    /// zeros of the gaps where the step began. None where the gap is zero nowhere.
     fn arrive_at_contact<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        (stop, order): (usize, usize),
+        (mut stop, orders): (usize, Option<&[usize]>),
         (x, passed, h): (f64, f64, f64),
         recorder: &mut dyn Recorder,
-    ) -> Result<Arrival> {
+    ) -> Result<Option<Arrival>> {
+        let order = |stop: usize| orders.map_or(0, |orders| orders[stop]);
         self.note_extent(stop, x, h);
-        let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
-        let Some(s) = landed else {
-            return Ok(Arrival::Underflow);
+        let mut landed = self.land(dynamics, (stop, order(stop)), (x * h, passed * h), h)?;
+        let s = loop {
+            match landed {
+                Landing::NoStep => return Ok(Some(Arrival::Underflow)),
+                Landing::Nowhere => {
+                    self.doubt = Some((stop, Doubt::Jumps));
+                    return Ok(None);
+                }
+                Landing::At(s) => match self.passed_beside(stop, orders) {
+                    None => break s,
+                    Some(other) => {
+                        stop = other;
+                        landed = self.land(dynamics, (stop, order(stop)), (0.5 * s, s), h)?;
+                    }
+                },
+            }
         };
         self.record(dynamics, s, None, recorder)?;
         self.arrive(s);
@@ -505,7 +568,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             self.settle(&self.held.clone())?;
         }
         self.evaluate_gaps_on_arrival()?;
-        Ok(Arrival::Contact { stop })
+        Ok(Some(Arrival::Contact { stop }))
     }
 
     /// Makes the gaps at the end of the step those at the present state.

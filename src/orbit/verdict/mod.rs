@@ -1,6 +1,7 @@
 //! What the rules of contact say of an orbit (theory 6), and whether it closes.
 
 pub(in crate::orbit) mod admissibility;
+mod bounded;
 pub(in crate::orbit) mod closing;
 pub(in crate::orbit) mod integrated;
 pub(in crate::orbit) mod judge;

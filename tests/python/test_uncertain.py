@@ -1,0 +1,92 @@
+"""Searches for contacts that cannot be certified end a run with a status, and what came before is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+#: A point in the plane on which nothing acts, and a table under it.
+POINT = vi.LinearSystem(np.ones(2), None, np.zeros(2))
+TABLE = vi.Stop(1, 0.0, 1.0, side="lower")
+
+
+def jump(q):
+    return (4.0 if q[0] < 2.0 else 0.0) - q[0]
+
+
+def onwards(q):
+    return np.array([-1.0, 0.0])
+
+
+def bend(q):
+    return 4.0 + q[0] ** 2 - q[1]
+
+
+def bend_gradient(q):
+    return np.array([2 * q[0], -1.0])
+
+
+def lie(q):
+    return np.array([2 * q[0] + 3.0, -1.0])
+
+
+UNCERTAIN = {
+    "a jump, with a curvature": vi.NonlinearStop(jump, onwards, 1.0, curvature=1.0),
+    "a jump": vi.NonlinearStop(jump, onwards, 1.0),
+    "a gradient of another gap": vi.NonlinearStop(bend, lie, 1.0, curvature=2.0),
+    "a curvature that is too small": vi.NonlinearStop(bend, bend_gradient, 1.0, curvature=1e-3),
+    "a curvature beyond all reason": vi.NonlinearStop(bend, bend_gradient, 1.0, curvature=1e30),
+}
+
+
+@pytest.mark.parametrize("method", ["auto", "rk45", "dop853", "radau"])
+@pytest.mark.parametrize("name", UNCERTAIN)
+def test_a_search_without_a_certificate_ends_the_run_and_keeps_what_came_before(name, method):
+    # The table is met at 0.5; the jump is at t = 2.
+    scene = vi.Scene(POINT, None, [TABLE, UNCERTAIN[name]])
+    run = vi.simulate(scene, [0.0, 0.5], [1.0, -1.0], (0, 10), method=method)
+    assert run.status == "uncertain"
+    assert "stop 1 could neither be found nor excluded" in run.message
+    assert f"at t = {run.t_end}" in run.message
+    assert run.t_end < 10
+    assert np.all(run.impacts["stop"] == 0)
+    np.testing.assert_allclose(run.position(run.t_end), run.final[0])
+    if "jump" in name:
+        assert run.t_end == pytest.approx(2.0, abs=0.01)
+        np.testing.assert_allclose(run.impacts["time"], [0.5], atol=1e-12)
+        np.testing.assert_allclose(run.position(np.array([0.25, 1.5])), [[0.25, 0.25], [1.5, 1.0]], atol=1e-12)
+
+
+def test_a_true_curvature_is_never_uncertain_and_no_impact_is_in_the_air():
+    scene = vi.Scene(POINT, None, [TABLE, vi.NonlinearStop(bend, bend_gradient, 1.0, curvature=2.0)])
+    for method in ("rk45", "dop853", "radau"):
+        run = vi.simulate(scene, [0.0, 0.5], [1.0, -1.0], (0, 10), method=method)
+        assert run.status == "finished"
+        # Up at 45 degrees from (0.5, 0): 4 + x^2 = x - 1/2 nowhere.
+        np.testing.assert_allclose(run.impacts["time"], [0.5], atol=1e-12)
+
+
+def test_those_who_meet_an_uncertain_run_say_so():
+    scene = vi.Scene(POINT, None, [TABLE, UNCERTAIN["a jump, with a curvature"]])
+    starts = np.array([[0.0, 0.5], [-100.0, 0.5]])
+    speeds = np.array([[1.0, -1.0], [1.0, 1.0]])
+    many = vi.simulate_many(scene, starts, speeds, (0, 10))
+    assert list(many.status) == ["uncertain", "finished"]
+
+
+def test_without_a_curvature_a_stop_that_is_passed_at_a_probe_is_met():
+    # A hill in the middle of one long step, whose ends and their derivatives tell nothing of it.
+    def hill(q):
+        return q[1] - 1.0 / (1.0 + (q[0] / 8.0) ** 8)
+
+    def hill_gradient(q):
+        u = q[0] / 8.0
+        return np.array([u**7 / (1.0 + u**8) ** 2, 1.0])
+
+    scene = vi.Scene(POINT, None, vi.NonlinearStop(hill, hill_gradient, 1.0))
+    run = vi.simulate(scene, [-100.0, 0.5], [1.0, 0.0], (0, 200))
+    assert len(run.impacts) >= 1
+    assert abs(hill(run.position(run.impacts["time"][0]))) < 1e-8
+    assert run.impacts["time"][0] == pytest.approx(92.0, abs=1e-6)
