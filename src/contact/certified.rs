@@ -3,14 +3,13 @@
 //! With `|g''| <= B` over a width from x on, `g(x + s) >= g + g' s - B s^2/2`: up to where that falls to the floor, minus the
 //! tolerance, the step provably holds no contact deeper than it. And where `g + g' s + B s^2/2` comes as far below zero before
 //! `g' + B s` is none, the gap provably falls through zero once. The pieces between shrink, as Newton's steps do, towards a place
-//! where the stop is crossed. Of several stops that is searched on which has come the least far: nothing is asked of a gap at a place
-//! behind the first contact, where it may mean nothing.
+//! where the stop is crossed. Of several stops that is searched on whose next piece ends first: nothing is asked of a gap behind the
+//! first contact with another, where it may mean nothing.
 
 use crate::contact::curvature::{BoundedGap, Place};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::step_path::StepPath;
 use crate::error::Result;
-use crate::tolerance::ERROR_FACTOR;
 use std::fmt;
 
 /// Places looked at in one search, of which a touch needs some hundreds.
@@ -92,35 +91,46 @@ pub(crate) fn first_contact(
     loop {
         let open = searches.iter_mut().enumerate();
         let open = open.filter(|(_, search)| search.here.x < until);
-        let least = open.min_by(|(_, a), (_, b)| a.here.x.total_cmp(&b.here.x));
+        let least = open.min_by(|(_, a), (_, b)| a.reach().total_cmp(&b.reach()));
         let Some((gap, search)) = least else {
             return Ok(found);
         };
         found.places += 1;
-        match search.go_on(until)? {
-            Ahead::Clear => {}
-            Ahead::Touch { x, depth } => touches.push(StepTouch { gap, x, depth }),
-            Ahead::Root(root) => {
-                // A piece reaches no farther than `until`, but one that ends at an earlier root is the first.
-                if root.at() < found.first.root.at() {
-                    found.first = FirstEvent { stop: gap, root };
-                    found.doubt = None;
-                }
-                until = until.min(root.at());
-                search.here.x = f64::INFINITY;
+        let (root, doubt) = match search.go_on(until)? {
+            Ahead::Clear => continue,
+            Ahead::Touch { x, depth } => {
+                touches.push(StepTouch { gap, x, depth });
+                continue;
             }
+            Ahead::Root(root) => (root, None),
             Ahead::Lost(doubt) => {
                 let at = search.here.x;
-                if at < found.first.root.at() {
-                    let root = FirstRoot::Undecided { at };
-                    found.first = FirstEvent { stop: gap, root };
-                    found.doubt = Some(doubt);
-                }
-                until = until.min(at);
-                search.here.x = f64::INFINITY;
+                (FirstRoot::Undecided { at }, Some(doubt))
             }
+        };
+        search.here.x = f64::INFINITY;
+        if root.at() < found.first.root.at() {
+            (found.first, found.doubt) = (FirstEvent { stop: gap, root }, doubt);
+            until = until.min(root.at());
         }
     }
+}
+
+/// What comes next of a search.
+#[derive(Clone, Copy)]
+enum Plan {
+    /// A piece up to a place that is proved, with a bound on how the gap bends there.
+    Piece {
+        to: f64,
+        bend: f64,
+    },
+    /// A place before which the gap falls through zero, for certain.
+    Crossing {
+        passed: f64,
+    },
+    /// It begins a little below zero, and falls.
+    Falls,
+    Lost(Doubt),
 }
 
 /// What a piece holds.
@@ -137,12 +147,13 @@ struct Search<'a> {
     path: &'a StepPath,
     /// The place up to which it is proved.
     here: Place,
+    plan: Plan,
     /// How far a piece is tried.
     width: f64,
     /// Whether the gap has opened, and the last place at which it was.
     is_open: bool,
     open: f64,
-    /// How deep the start is, if it is deeper than the tolerance: nothing is proved above it.
+    /// How deep the start is, if it is below zero: nothing is proved above it.
     depth: f64,
     places: usize,
 }
@@ -153,20 +164,36 @@ impl<'a> Search<'a> {
         if of.order > 0 {
             here.gap = 0.0;
         }
-        Ok(Self {
+        let is_open = of.order == 0 && here.gap >= -here.rounding;
+        let falls = !is_open && of.order == 0 && here.slope < 0.0;
+        let mut search = Self {
             of,
             path,
+            plan: Plan::Falls,
             width: 1.0,
-            is_open: of.order == 0 && here.gap >= -here.rounding,
+            is_open,
             open: 0.0,
             depth: (-here.gap).max(0.0),
             here,
             places: 0,
-        })
+        };
+        if !falls {
+            search.plan = search.planned(1.0);
+        }
+        Ok(search)
     }
 
-    /// Goes on by one piece that is proved, no farther than to a part of the step.
-    fn go_on(&mut self, until: f64) -> Result<Ahead> {
+    /// The farthest place that is looked at next.
+    fn reach(&self) -> f64 {
+        match self.plan {
+            Plan::Piece { to, .. } => to,
+            Plan::Crossing { passed } => passed,
+            Plan::Falls | Plan::Lost(_) => self.here.x,
+        }
+    }
+
+    /// What can be said of what lies ahead, no farther than to a part of the step.
+    fn planned(&self, until: f64) -> Plan {
         let Place {
             x,
             gap,
@@ -175,79 +202,96 @@ impl<'a> Search<'a> {
             ..
         } = self.here;
         let left = until - x;
-        if !self.is_open && self.of.order == 0 && slope < 0.0 && x == 0.0 {
-            // It began a little below zero, and falls.
-            let passed = until;
-            return Ok(Ahead::Root(FirstRoot::Crossing { at: 0.0, passed }));
-        }
         let room = (gap + tolerance + self.depth).max(0.0);
         let mut width = self.width.min(left);
-        let (s, bend) = loop {
+        loop {
             let bend = self.of.bend(&self.here, width);
             if let Some(passed) = crossed(gap + 2.0 * tolerance, slope, bend)
                 && passed <= width
                 && self.is_open
             {
-                return Ok(Ahead::Root(self.crossing(x, x + passed)?));
+                let passed = x + passed;
+                return Plan::Crossing { passed };
             }
             let s = proved(room, slope, bend);
             if s >= width {
-                break (width, bend);
+                // Exactly there, where all is left.
+                let to = if width >= left { until } else { x + width };
+                return Plan::Piece { to, bend };
+            }
+            if s.is_nan() || x + s == x || s < SHORTEST * left || self.places > MOST_PLACES {
+                return Plan::Lost(Doubt::Endless);
             }
             if s >= 0.5 * width {
-                break (s, bend);
-            }
-            if s.is_nan() || x + s == x || s < SHORTEST * left {
-                return Ok(Ahead::Lost(Doubt::Endless));
+                return Plan::Piece { to: x + s, bend };
             }
             width = 2.0 * s;
+        }
+    }
+
+    /// Does what comes next, no farther than to a part of the step.
+    fn go_on(&mut self, until: f64) -> Result<Ahead> {
+        let (to, bend) = match self.plan {
+            Plan::Piece { to, bend } => (to.min(until), bend),
+            Plan::Crossing { passed } if passed <= until => {
+                return Ok(Ahead::Root(self.crossing(self.here.x, passed)?));
+            }
+            Plan::Crossing { .. } => {
+                self.plan = self.planned(until);
+                return Ok(Ahead::Clear);
+            }
+            Plan::Falls => {
+                let root = FirstRoot::Crossing {
+                    at: 0.0,
+                    passed: until,
+                };
+                return Ok(Ahead::Root(root));
+            }
+            Plan::Lost(doubt) => return Ok(Ahead::Lost(doubt)),
         };
         self.places += 1;
-        if self.places > MOST_PLACES {
-            return Ok(Ahead::Lost(Doubt::Endless));
-        }
-        // Exactly there, where all is left.
-        let at = if s >= left { until } else { x + s };
-        let next = self.of.at(self.path, at)?;
-        self.width = 2.0 * s;
-        let miss = (next.gap - gap - slope * s).abs();
-        if miss > 0.5 * bend * s * s + tolerance + next.tolerance {
+        let next = self.of.at(self.path, to)?;
+        let s = to - self.here.x;
+        let miss = (next.gap - self.here.gap - self.here.slope * s).abs();
+        if miss > 0.5 * bend * s * s + self.here.tolerance + next.tolerance {
             return Ok(Ahead::Lost(Doubt::Bends));
         }
         let ahead = self.judge(&next)?;
         if next.gap > if self.is_open { 0.0 } else { next.tolerance } {
             (self.is_open, self.open, self.depth) = (true, next.x, 0.0);
         }
-        self.here = next;
+        (self.here, self.width) = (next, 2.0 * s);
+        if !matches!(ahead, Ahead::Root(_)) && self.here.x < until {
+            self.plan = self.planned(until);
+        }
         Ok(ahead)
     }
 
     /// What the piece up to a place holds that is no deeper than the tolerance, or ends deeper.
     fn judge(&self, next: &Place) -> Result<Ahead> {
         let here = &self.here;
-        let turns = here.slope < 0.0 && next.slope > 0.0;
         // A gap that has not opened yet is zero but for the tolerance.
         let deep = if self.is_open {
-            next.rounding
+            next.doubt
         } else {
             PASSED * next.tolerance + self.depth
         };
         if next.gap < -deep && next.slope <= 0.0 {
             return Ok(Ahead::Root(self.crossing(self.open, next.x)?));
         }
+        let turns = here.slope < 0.0 && next.slope > 0.0;
         let least = here.gap.min(next.gap);
         if !(turns && self.is_open && least <= NEAR * next.tolerance) {
             return Ok(Ahead::Clear);
         }
-        let lowest = self.lowest(here.x, next.x)?;
         let Place {
-            x, gap, rounding, ..
-        } = lowest;
-        let doubt = ERROR_FACTOR
-            * lowest.steepness
-            * self.path.error
-            * (4.0 * x * (1.0 - x)).max(0.0).powi(3);
-        Ok(if gap.abs() <= rounding + doubt && doubt > 0.5 * rounding {
+            x,
+            gap,
+            rounding,
+            doubt,
+            ..
+        } = self.lowest(here.x, next.x)?;
+        Ok(if gap.abs() <= doubt && doubt > 1.5 * rounding {
             Ahead::Root(FirstRoot::Undecided { at: x })
         } else if gap < -rounding {
             Ahead::Root(self.crossing(self.open, x)?)

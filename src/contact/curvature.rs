@@ -50,9 +50,10 @@ pub(crate) struct Place {
     pub slope: f64,
     /// `|grad h|`
     pub steepness: f64,
-    /// What the tolerance of the state allows of the gap, and the rounding of its terms.
-    pub tolerance: f64,
+    /// The rounding of its terms, with that what the motion may be off the true one there, and with that the tolerance.
     pub rounding: f64,
+    pub doubt: f64,
+    pub tolerance: f64,
     motion: Expansion,
 }
 
@@ -78,13 +79,16 @@ impl BoundedGap<'_> {
         let terms = gap.abs() + weighted(&motion.sizes) + moved_size;
         let rounding = self.known.max(TERM_ROUNDINGS * terms);
         let tolerance = gap_tolerance(self.tolerance, (normal.lp_norm(1), size));
+        let steepness = normal.norm();
+        let doubt = rounding + steepness * path.error_at(x);
         Ok(Place {
             x,
             gap: gap + moved - self.departed,
             slope,
-            steepness: normal.norm(),
-            tolerance: tolerance.max(MOST_ROUNDED * rounding),
+            steepness,
             rounding,
+            doubt,
+            tolerance: tolerance.max(MOST_ROUNDED * rounding) + doubt,
             motion,
         })
     }

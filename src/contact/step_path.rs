@@ -1,13 +1,15 @@
 //! The motion along one step of an integrator as polynomials in the part x of the step, `0 <= x <= 1`, and what they are about any
 //! place: with the Taylor series of each coordinate there, speeds and accelerations are bounded over a width ahead by sums of sizes.
 
+use crate::tolerance::ERROR_FACTOR;
+
 /// The motion along a step.
 #[derive(Debug, Clone)]
 pub(crate) struct StepPath {
     /// Each coordinate in powers of x.
     powers: Vec<Vec<f64>>,
     /// What it may be off the motion half-way, as a distance.
-    pub error: f64,
+    error: f64,
 }
 
 /// The motion about a place of the step.
@@ -23,6 +25,11 @@ impl StepPath {
     /// A motion by each coordinate in powers of x.
     pub fn new(powers: Vec<Vec<f64>>, error: f64) -> Self {
         Self { powers, error }
+    }
+
+    /// What it may be off the motion at x: both agree in values and slopes at the ends, and the estimate half-way is as good as it is.
+    pub fn error_at(&self, x: f64) -> f64 {
+        ERROR_FACTOR * self.error * (4.0 * x * (1.0 - x)).max(0.0).powi(3)
     }
 
     /// What it is about a place.

@@ -90,3 +90,38 @@ def test_without_a_curvature_a_stop_that_is_passed_at_a_probe_is_met():
     assert len(run.impacts) >= 1
     assert abs(hill(run.position(run.impacts["time"][0]))) < 1e-8
     assert run.impacts["time"][0] == pytest.approx(92.0, abs=1e-6)
+
+
+def between_walls(offset, curvature):
+    """Make the scene of a point that flies to and fro past the middle of a disc of radius 0.05, at an offset from its centre."""
+    centre, radius = np.array([0.5, 0.0]), 0.05
+    walls = [vi.Stop(0, 0.0, 1.0, side="lower"), vi.Stop(0, 1.0, 1.0)]
+
+    def gap(q):
+        return np.hypot(*(q - centre)) - radius
+
+    def gradient(q):
+        return (q - centre) / np.hypot(*(q - centre))
+
+    disc = vi.NonlinearStop(gap, gradient, 1.0, curvature=curvature)
+    # A force of no size gives the flights their period. A run would meet the disc: the orbit of the walls alone is judged.
+    force = vi.Harmonic([0.0, 0.0], np.pi)
+    alone = vi.find_orbit(vi.Scene(POINT, force, walls), ([0.3, offset], [-1.0, 0.0]), 1, pattern=[0, 1])
+    return vi.find_orbit(vi.Scene(POINT, force, [*walls, disc]), alone)
+
+
+@pytest.mark.parametrize("curvature", [None, 60.0])
+def test_an_orbit_whose_long_flights_pass_a_disc_is_not_admissible(curvature):
+    # Along a flight of constant speed one step is enough, whose ends say nothing of the disc.
+    for offset, deep in ((0.02, 0.03), (0.045, 0.005)):
+        orbit = between_walls(offset, curvature)
+        assert not orbit.is_admissible
+        assert orbit.violation.stop == 2
+        assert orbit.violation.depth == pytest.approx(deep, rel=1e-6 if curvature else 0.5)
+    assert between_walls(0.0501, curvature).is_admissible
+
+
+def test_an_orbit_whose_gap_contradicts_its_curvature_is_not_called_admissible():
+    orbit = between_walls(0.06, 1e-3)
+    assert not orbit.is_admissible
+    assert np.isnan(orbit.violation.depth)
