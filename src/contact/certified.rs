@@ -31,7 +31,7 @@ pub(crate) enum Doubt {
     Endless,
     /// The gap differs from what its gradient and its curvature allow.
     Bends,
-    /// The gap is not zero where it is crossed.
+    /// The gap is zero nowhere where it is crossed, or like no interpolant of it.
     Jumps,
 }
 
@@ -45,7 +45,7 @@ impl fmt::Display for Doubt {
                 "the gap changes by more than its gradient and `curvature` allow: one of them is not that of the gap"
             }
             Self::Jumps => {
-                "the gap changes its sign but is zero nowhere between: it jumps, or its gradient is not that of the gap"
+                "the gap jumps, or its gradient is not that of the gap"
             }
         })
     }

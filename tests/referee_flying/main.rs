@@ -14,10 +14,12 @@ use judge::Count;
 use nalgebra::DVector;
 use random::{Cases, Random};
 use shapes::{Body, Face, Gap};
-use std::f64::consts::{FRAC_PI_6, TAU};
+use std::f64::consts::{PI, TAU};
 use vibroimpact::{
     Forcing, Method, PendulumChain, Scene, SimulateOptions, Wall, WallSide, simulate,
 };
+
+const METHODS: [Method; 4] = [Method::Taylor, Method::Rk45, Method::Dop853, Method::Radau];
 
 #[test]
 fn bodies_fly_to_the_first_stop_on_their_way() {
@@ -50,9 +52,12 @@ fn bodies_fly_to_the_first_stop_on_their_way() {
 fn a_link_that_hardly_feels_gravity_is_stopped_by_its_wall() {
     let one = || DVector::from_element(1, 1.0);
     let chain = PendulumChain::new(one(), one(), &DVector::zeros(1), 1e-9).expect("valid");
-    let wall = Wall::new(0, 0.5, 1.0, WallSide::Right).expect("valid");
-    let scene = Scene::new(chain, Forcing::Unforced, [wall]).expect("valid");
-    for method in [Method::Taylor, Method::Rk45, Method::Dop853, Method::Radau] {
+    for (at, method) in [0.5, 0.9, 0.99, 0.9999]
+        .into_iter()
+        .flat_map(|at| METHODS.map(|m| (at, m)))
+    {
+        let wall = Wall::new(0, at, 1.0, WallSide::Right).expect("valid");
+        let scene = Scene::new(chain.clone(), Forcing::Unforced, [wall]).expect("valid");
         for (from, speed) in [(0.0, 10.0), (0.1, -3.0), (-1.5, 0.7), (-3.0, 200.0)] {
             let (q0, v0) = (one() * from, one() * speed);
             let options = SimulateOptions {
@@ -61,16 +66,14 @@ fn a_link_that_hardly_feels_gravity_is_stopped_by_its_wall() {
                 ..Default::default()
             };
             let run = simulate(&scene, &q0, &v0, (0.0, 50.0), &options).expect("runs");
-            // Angles at which its sine is 1/2 and grows on the way.
-            let angles = [FRAC_PI_6, 5.0 * FRAC_PI_6];
+            // Angles at which its sine is that of the wall and grows on the way.
+            let angles = [at.asin(), PI - at.asin()];
             let turns = (-40..40).map(|k| f64::from(k) * TAU);
             let times = turns.flat_map(|turn| angles.map(|angle| (angle + turn - from) / speed));
             let first = times.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
             let found = run.impacts()[0].time;
-            assert!(
-                (found - first).abs() < 1e-6,
-                "{method:?} {speed}: {found}, not {first}"
-            );
+            let case = format!("{method:?} {at} {speed}: {found}, not {first}");
+            assert!((found - first).abs() < 1e-6, "{case}");
         }
     }
 }

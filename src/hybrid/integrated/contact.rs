@@ -1,7 +1,6 @@
-//! Contacts along one step: the first one on the quintics of the gaps, or by the bounds on their curvature (`certify.rs`), and the
-//! step to it.
+//! Contacts along one step: the first one on the quintics of the gaps, or by the bounds on their curvature (`certify.rs`).
 
-use super::scene::{Integrated, MOST_POLISHES};
+use super::scene::Integrated;
 use crate::contact::certified::Doubt;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
@@ -14,27 +13,10 @@ use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue, Surface};
 use crate::tolerance::{SAME_TOUCH, TERM_ROUNDINGS};
 
-/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
-/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
-const TAYLOR_PART: f64 = 1e-2;
-
 /// Angles [rad] of a step up to which a quintic has the gap to a wall of a link that turns evenly: to 2e-5 of its length, and as well as
 /// one that must be far from zero.
 const TURN: f64 = 1.0;
 const FAR_TURN: f64 = 3.0;
-
-/// A minimum is where the interpolation says, but for this part of the step.
-const LOWEST_NEAR: f64 = 0.25;
-
-/// What became of the way to a contact.
-pub(super) enum Landing {
-    /// The gap is zero at this length of the step.
-    At(f64),
-    /// No step can be taken to it.
-    NoStep,
-    /// The gap is zero nowhere there.
-    Nowhere,
-}
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The earliest contact along the step last taken, as a part of the step, or before it a place that cannot be told from one, for
@@ -94,7 +76,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Whether the ends of a step say little of a gap between them: of a nonlinear one, and of a wall before links that turn far where no
     /// error holds the step down.
     #[inline]
-    fn says_little(&self, stop: usize, h: f64) -> bool {
+    pub(super) fn says_little(&self, stop: usize, h: f64) -> bool {
         match &self.contacts[stop].surface {
             Surface::Plane { .. } => false,
             Surface::Nonlinear(_) => true,
@@ -177,7 +159,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         self.n_gap_evaluations += PROBES.len();
         if may_shorten && probed.is_unlike(quintic, margin) {
-            self.doubt = Some((stop, Doubt::Bends));
+            self.doubt = Some((stop, Doubt::Jumps));
             return Ok(FirstRoot::Undecided { at: 0.0 });
         }
         Ok(match probed.passed(margin) {
@@ -223,133 +205,5 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// returns to that: to zero it would have no way, if it is lower.
     pub(super) fn departed(&self, stop: usize, order: usize) -> f64 {
         if order > 0 { self.gaps[stop].gap } else { 0.0 }
-    }
-
-    /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
-    /// at the start is not meant; the stop is `passed` at a length beyond. The stepper's end is the state there.
-    pub(super) fn land<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        (stop, order): (usize, usize),
-        (guess, passed): (f64, f64),
-        h: f64,
-    ) -> Result<Landing> {
-        let n = self.n();
-        let mut s = guess;
-        let (mut open, mut closed) = (0.0, passed);
-        let departed = self.departed(stop, order);
-        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
-        let is_nonlinear = self.contacts[stop].surface.is_nonlinear();
-        for _ in 0..MOST_POLISHES {
-            if !self.step(dynamics, s)? {
-                return Ok(Landing::NoStep);
-            }
-            self.evaluate_gaps_ahead(s, h)?;
-            let value = self.ahead[stop];
-            let GapValue {
-                speed,
-                acceleration,
-                size,
-                ..
-            } = value;
-            let gap = value.gap - departed;
-            if gap > 0.0 {
-                open = s;
-            } else {
-                closed = s;
-            }
-            let correction = if order == 0 {
-                -gap / (speed - 0.5 * acceleration * gap / speed)
-            } else {
-                // The root at the start is divided out: else a low flight would land where it began, or before.
-                -gap / (speed - order as f64 * gap / s)
-            };
-            let is_inside = speed < 0.0 && (open..=closed).contains(&(s + correction));
-            let margin = self.margin_of(value);
-            // A step says nothing of how soon a nonlinear gap bends.
-            let is_near = !is_nonlinear || gap.abs() <= 0.1 * margin;
-            if is_inside && correction.abs() <= small && is_near {
-                let rate = self.stepper.end_rate().clone();
-                let (q, v) = self.stepper.end_mut().slice_mut().split_at_mut(n);
-                for i in 0..n {
-                    let a = rate.slice()[n + i];
-                    q[i] += correction * (v[i] + 0.5 * correction * a);
-                    v[i] += correction * a;
-                }
-                return Ok(Landing::At(s + correction));
-            }
-            // Half the way is no sign that the contact is near, but where nothing is left of it.
-            let next = if is_inside {
-                s + correction
-            } else {
-                0.5 * (open + closed)
-            };
-            if next == s || gap.abs() <= f64::EPSILON * size {
-                return Ok(if gap.abs() <= margin {
-                    Landing::At(s)
-                } else {
-                    Landing::Nowhere
-                });
-            }
-            s = next;
-        }
-        if !self.step(dynamics, s)? {
-            return Ok(Landing::NoStep);
-        }
-        self.evaluate_gaps_ahead(s, h)?;
-        let gap = self.ahead[stop].gap - departed;
-        Ok(if gap.abs() <= self.margin_of(self.ahead[stop]) {
-            Landing::At(s)
-        } else {
-            Landing::Nowhere
-        })
-    }
-
-    /// A stop that is passed where the step last taken, of length s, has landed on another: it was reached before. `orders` are those of
-    /// the zeros at the start.
-    pub(super) fn passed_beside(&self, stop: usize, orders: Option<&[usize]>) -> Option<usize> {
-        (0..self.contacts.len()).find(|&other| {
-            let value = self.ahead[other];
-            let order = orders.map_or(0, |orders| orders[other]);
-            let is_bound = !self.held.is_empty() && self.is_bound[other];
-            let fallen = value.gap - self.departed(other, order) + self.margin_of(value);
-            other != stop && !is_bound && fallen < 0.0 && self.gaps[other].gap > value.gap
-        })
-    }
-
-    /// The length of the step at whose end a gap is lowest, by Newton's method on its speed with steps of their own; none where it
-    /// is not found near the guess.
-    #[cold]
-    pub(super) fn descend<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        stop: usize,
-        guess: f64,
-        h: f64,
-    ) -> Result<Option<f64>> {
-        let mut s = guess;
-        for _ in 0..MOST_POLISHES {
-            if !self.step(dynamics, s)? {
-                return Ok(None);
-            }
-            self.evaluate_gaps_ahead(s, h)?;
-            let GapValue {
-                speed,
-                acceleration,
-                size,
-                ..
-            } = self.ahead[stop];
-            let correction = -speed / acceleration;
-            let is_near = acceleration > 0.0 && correction.abs() <= LOWEST_NEAR * h;
-            let next = s + correction;
-            if !is_near || next <= 0.0 || next > h {
-                return Ok(None);
-            }
-            if (speed * correction).abs() <= f64::EPSILON * size {
-                return Ok(Some(s));
-            }
-            s = next;
-        }
-        Ok(None)
     }
 }

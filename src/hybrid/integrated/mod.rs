@@ -8,6 +8,7 @@ mod flight_pieces;
 mod flow;
 mod free;
 mod jerk;
+mod landing;
 mod maps;
 mod normal;
 mod pendulum;

@@ -1,7 +1,6 @@
 //! Flights in steps of any method (`flow/steps`): free, or with stops held; each step is judged by its error, searched for
 //! contacts and for the release of what is held, and taken again to either.
 
-use super::contact::Landing;
 use super::free::FreeFlight;
 use super::scene::Integrated;
 use crate::contact::certified::Doubt;
@@ -143,7 +142,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     }
 
     /// At a contact the end rate of the step to it serves for the gaps, unless stops were held; the next flight evaluates its own.
-    fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
+    pub(super) fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
         if !self.held.is_empty() {
             return self.evaluate_gaps();
         }
@@ -152,23 +151,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.take_gaps()
     }
 
-    /// Takes note of how far from its stop a gap is half-way to a contact at a part x of the step last taken: the cubic there.
-    fn note_extent(&mut self, stop: usize, x: f64, h: f64) {
-        let (start, end) = (self.gaps[stop], self.ahead[stop]);
-        let speed = start.speed + x * (end.speed - start.speed);
-        let far = 0.5 * start.gap + 0.125 * x * h * (start.speed - speed);
-        self.extents[stop] = self.extents[stop].max(far.abs());
-    }
-
     /// Makes the end of the step last taken the present state.
-    fn arrive(&mut self, s: f64) {
+    pub(super) fn arrive(&mut self, s: f64) {
         self.x.clone_from(self.stepper.end());
         self.clock = self.clock.after(s);
     }
 
     /// Records what is wanted of the step last taken, of length s; `last` is the time at which the run ends with it.
     #[inline(never)]
-    fn record<E: Dynamics>(
+    pub(super) fn record<E: Dynamics>(
         &mut self,
         dynamics: &E,
         s: f64,
@@ -421,7 +412,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
-                    self.h = Some(self.shorter(dynamics, (stop, at), h)?);
+                    let Some(shorter) = self.shorter(dynamics, (stop, at), h)? else {
+                        break self.given_up();
+                    };
+                    self.h = Some(shorter);
                     continue;
                 }
                 FirstRoot::Undecided { .. } => match self.doubt {
@@ -484,24 +478,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(arrival)
     }
 
-    /// Steps to the release of a stop, near a part x of the step last taken.
-    fn arrive_at_release<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        stop: usize,
-        (x, h): (f64, f64),
-        recorder: &mut dyn Recorder,
-    ) -> Result<Arrival> {
-        let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
-            return Ok(Arrival::Underflow);
-        };
-        self.record(dynamics, s, None, recorder)?;
-        self.arrive(s);
-        self.settle(&self.held.clone())?;
-        self.evaluate_gaps()?;
-        Ok(Arrival::Release { stop })
-    }
-
     /// How a flight ends whose steps cannot be made shorter.
     #[cold]
     fn given_up(&self) -> Arrival {
@@ -511,19 +487,23 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
     }
 
-    /// A shorter step than one that cannot tell a contact near a part of it from none: to the minimum there, if that is all.
+    /// A shorter step than one that cannot tell a contact near a part of it from none: to the minimum there, if that is all, or to where
+    /// a gap contradicts its bound; none where it does at once.
     #[cold]
     fn shorter<E: Dynamics>(
         &mut self,
         dynamics: &E,
         (stop, at): (usize, f64),
         h: f64,
-    ) -> Result<f64> {
-        if self.doubt.is_some() {
-            return Ok(0.5 * h);
-        }
-        let lowest = self.descend(dynamics, stop, at * h, h)?;
-        Ok(lowest.unwrap_or(0.5 * h))
+    ) -> Result<Option<f64>> {
+        Ok(match self.doubt {
+            Some((_, Doubt::Bends)) => (at > 0.0).then_some(at * h),
+            Some(_) => Some(0.5 * h),
+            None => {
+                let lowest = self.descend(dynamics, stop, at * h, h)?;
+                Some(lowest.unwrap_or(0.5 * h))
+            }
+        })
     }
 
     /// The gaps at the end of the step last taken; false where one is no number so far away.
@@ -532,43 +512,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             Ok(()) => Ok(true),
             Err(error) => self.refuse(error),
         }
-    }
-
-    /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `orders` are those of the
-    /// zeros of the gaps where the step began. None where the gap is zero nowhere.
-    fn arrive_at_contact<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        (mut stop, orders): (usize, Option<&[usize]>),
-        (x, passed, h): (f64, f64, f64),
-        recorder: &mut dyn Recorder,
-    ) -> Result<Option<Arrival>> {
-        let order = |stop: usize| orders.map_or(0, |orders| orders[stop]);
-        self.note_extent(stop, x, h);
-        let mut landed = self.land(dynamics, (stop, order(stop)), (x * h, passed * h), h)?;
-        let s = loop {
-            match landed {
-                Landing::NoStep => return Ok(Some(Arrival::Underflow)),
-                Landing::Nowhere => {
-                    self.doubt = Some((stop, Doubt::Jumps));
-                    return Ok(None);
-                }
-                Landing::At(s) => match self.passed_beside(stop, orders) {
-                    None => break s,
-                    Some(other) => {
-                        stop = other;
-                        landed = self.land(dynamics, (stop, order(stop)), (0.5 * s, s), h)?;
-                    }
-                },
-            }
-        };
-        self.record(dynamics, s, None, recorder)?;
-        self.arrive(s);
-        if !self.held.is_empty() {
-            self.settle(&self.held.clone())?;
-        }
-        self.evaluate_gaps_on_arrival()?;
-        Ok(Some(Arrival::Contact { stop }))
     }
 
     /// Makes the gaps at the end of the step those at the present state.
