@@ -12,41 +12,48 @@ use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::model::Dynamics;
 use std::sync::Arc;
 
+/// Coefficients of a cubic, that of the collocation of implicit steps.
+const CUBIC: usize = 4;
+
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
-    /// The motion on the step last taken: that of the quintics through both its ends where they are as near to it as the dense output,
-    /// whose difference to them half-way is then its error; else the dense output, which is off by the tolerance.
+    /// The motion on the step last taken: that of the quintics through both its ends where they are as near to it as the dense output;
+    /// else the dense output, which is off by the tolerance. Of quintics, and of a dense output of lower degree, the error is what
+    /// they differ by half-way.
     pub(super) fn step_path<E: Dynamics>(&mut self, dynamics: &E, h: f64) -> Result<StepPath> {
         let n = self.n();
         let dense = self.dense(dynamics, h)?;
-        if !P::HAS_QUINTIC {
-            let allowed = |(q, end): (&f64, &f64)| {
-                self.tolerance.absolute + self.tolerance.relative * q.abs().max(end.abs())
-            };
-            let ends = self.x.slice()[..n].iter().zip(self.stepper.end().slice());
-            let squares = ends.map(allowed).map(|error| error * error);
-            let error = squares.sum::<f64>().sqrt();
-            return Ok(StepPath::new(
-                (0..n).map(|i| dense.powers(i)).collect(),
-                error,
-            ));
-        }
-        let mut middle = S::zeros(2 * n);
-        dense.state(0.5 * h, middle.slice_mut());
         let (start, end) = (self.x.slice(), self.stepper.end().slice());
-        let (rate, end_rate) = (
-            self.stepper.start_rate().slice(),
-            self.stepper.end_rate().slice(),
-        );
-        let mut square = 0.0;
+        let rates = [self.stepper.start_rate(), self.stepper.end_rate()].map(State::slice);
         let quintic = |i: usize| {
             let known = |x: &[f64], rate: &[f64]| [x[i], x[n + i], rate[n + i]];
-            let ends = EndValues::new(known(start, rate), known(end, end_rate), h, 0);
-            let quintic = Quintic::new(&ends);
-            square += (quintic.value(0.5) - middle.slice()[i]).powi(2);
-            quintic.powers().to_vec()
+            Quintic::new(&EndValues::new(
+                known(start, rates[0]),
+                known(end, rates[1]),
+                h,
+                0,
+            ))
         };
-        let powers = (0..n).map(quintic).collect();
-        Ok(StepPath::new(powers, square.sqrt()))
+        let mut middle = S::zeros(2 * n);
+        dense.state(0.5 * h, middle.slice_mut());
+        let differ = || {
+            let misses = (0..n).map(|i| quintic(i).value(0.5) - middle.slice()[i]);
+            misses.map(|miss| miss * miss).sum::<f64>().sqrt()
+        };
+        if P::HAS_QUINTIC {
+            let powers = (0..n).map(|i| quintic(i).powers().to_vec()).collect();
+            return Ok(StepPath::new(powers, differ()));
+        }
+        let powers: Vec<_> = (0..n).map(|i| dense.powers(i)).collect();
+        let allowed = |(q, end): (&f64, &f64)| {
+            self.tolerance.absolute + self.tolerance.relative * q.abs().max(end.abs())
+        };
+        let squares = start[..n].iter().zip(end).map(allowed).map(|x| x * x);
+        let mut error = squares.sum::<f64>().sqrt();
+        let is_low = |c: &Vec<f64>| c.iter().skip(CUBIC).all(|c| *c == 0.0);
+        if powers.iter().all(is_low) {
+            error = error.max(differ());
+        }
+        Ok(StepPath::new(powers, error))
     }
 
     /// The first contact along the step last taken, if that of the stops sought by the bound on their curvature comes before one that is

@@ -109,7 +109,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     ) -> Result<Landing> {
         let n = self.n();
         let mut s = guess;
-        let (mut open, mut closed) = (0.0, passed);
+        // Until the gap has been seen to be passed it may be so a little later.
+        let (mut open, mut closed, mut limit) = (0.0, passed, h.min(2.0 * passed - guess));
         let departed = self.departed(stop, order);
         let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
         let is_nonlinear = self.contacts[stop].surface.is_nonlinear();
@@ -129,7 +130,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             if gap > 0.0 {
                 open = s;
             } else {
-                closed = s;
+                (closed, limit) = (s, s);
             }
             let correction = if order == 0 {
                 -gap / (speed - 0.5 * acceleration * gap / speed)
@@ -137,7 +138,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 // The root at the start is divided out: else a low flight would land where it began, or before.
                 -gap / (speed - order as f64 * gap / s)
             };
-            let is_inside = speed < 0.0 && (open..=closed).contains(&(s + correction));
+            let is_inside = speed < 0.0 && (open..=limit).contains(&(s + correction));
             let margin = self.margin_of(value);
             // A step says nothing of how soon a nonlinear gap bends.
             let is_near = !is_nonlinear || gap.abs() <= 0.1 * margin;
@@ -155,7 +156,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             let next = if is_inside {
                 s + correction
             } else {
-                0.5 * (open + closed)
+                0.5 * (open + closed.max(open))
             };
             if next == s || gap.abs() <= f64::EPSILON * size {
                 return Ok(if gap.abs() <= margin {
