@@ -3,6 +3,7 @@
 
 pub(crate) mod ahead;
 pub(crate) mod bracket;
+pub(crate) mod certified;
 pub(crate) mod curvature;
 pub(crate) mod first_root;
 mod followed;
@@ -10,7 +11,9 @@ pub(crate) mod levels;
 pub(crate) mod lowest;
 pub(crate) mod next;
 pub(crate) mod polynomial;
+pub(crate) mod probed;
 pub(crate) mod roots;
 pub(crate) mod series;
+pub(crate) mod step_path;
 mod stride;
 pub(crate) mod walk;

@@ -156,6 +156,11 @@ impl Quintic {
         }
     }
 
+    /// Its coefficients in powers of x.
+    pub fn powers(&self) -> &[f64] {
+        &self.c
+    }
+
     /// The gap at x.
     pub fn value(&self, x: f64) -> f64 {
         value(&self.c, x)

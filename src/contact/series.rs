@@ -77,6 +77,12 @@ impl GapTerms {
         })
     }
 
+    /// The sum of the lengths whose sines it has, none of angles.
+    pub fn reach(&self) -> Option<f64> {
+        let lengths = self.weights.iter().map(|(_, weight)| weight.abs());
+        matches!(self.of, Term::Sine).then(|| lengths.sum())
+    }
+
     /// Makes a gap that along a motion.
     pub fn along<const K: usize>(&self, motion: BatchMotion<'_, K>, gap: &mut GapSeries) {
         gap.len = motion.order() + 2;
@@ -213,6 +219,19 @@ impl GapSeries {
             slopes[k - 1] = k as f64 * c;
         }
         slopes
+    }
+
+    /// The longest time up to a span whose last two terms are no more than what is allowed of the gap.
+    pub fn known_within(&self, span: f64, allowed: f64) -> f64 {
+        (self.len - 2..self.len).fold(span, |known, k| {
+            let (order, c) = (k as f64, self.c[k].abs());
+            let is_small = c * known.powf(order) <= allowed;
+            if is_small {
+                known
+            } else {
+                (allowed / c).powf(1.0 / order)
+            }
+        })
     }
 
     /// What rounding leaves unknown of the gap.
@@ -396,6 +415,28 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_gap_is_known_as_far_as_its_last_terms_are_small() {
+        // The sine of five radians in one step, to order 7: x^7/7! is 1e-9 at 0.175.
+        let sine = [
+            0.0,
+            1.0,
+            0.0,
+            -1.0 / 6.0,
+            0.0,
+            1.0 / 120.0,
+            0.0,
+            -1.0 / 5040.0,
+        ];
+        let gap = GapSeries::of(&sine, 1.0);
+        let known = gap.known_within(5.0, 1e-9);
+        assert!(
+            (known.powi(7) / 5040.0 / 1e-9 - 1.0).abs() < 1e-9,
+            "{known}"
+        );
+        assert_eq!(gap.known_within(0.1, 1e-9), 0.1);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The flow of a hybrid system, from event to event.
 
+use crate::contact::certified::Doubt;
 use crate::error::Result;
 use crate::flow::ConstrainedMotion;
 use crate::hybrid::recorder::Recorder;
@@ -21,6 +22,8 @@ pub(crate) enum Arrival {
     Stalled { stop: usize },
     /// Where the steps of an integrator became too short for the time.
     Underflow,
+    /// Where a contact could neither be found nor excluded.
+    Uncertain { stop: usize, doubt: Doubt },
 }
 
 /// What a flow counts, and to which tolerance.

@@ -135,12 +135,20 @@ impl Surface {
         })
     }
 
-    /// The nonlinear stop whose gap has a bound on its curvature, and that bound.
-    pub fn bounded(&self) -> Option<(&NonlinearStop, f64)> {
+    /// A bound on the spectral norm of the gap's second derivative; `None` where nobody knows one.
+    pub fn curvature(&self) -> Option<f64> {
         match self {
-            Self::Nonlinear(stop) => stop.curvature().map(|bound| (stop, bound)),
-            Self::Plane { .. } | Self::Wall { .. } => None,
+            Self::Plane { .. } => Some(0.0),
+            // Its second derivative is diagonal, with the entries l_i sin q_i.
+            Self::Wall { lengths, .. } => Some(lengths.iter().fold(0.0, |most, l| l.max(most))),
+            Self::Nonlinear(stop) => stop.curvature(),
         }
+    }
+
+    /// Whether its gap is any function of the position.
+    #[inline]
+    pub fn is_nonlinear(&self) -> bool {
+        matches!(self, Self::Nonlinear(_))
     }
 
     /// The gap at a position.

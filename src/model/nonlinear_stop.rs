@@ -35,7 +35,7 @@ pub trait GapFunction: Any + Send + Sync {
 
 /// Stop with any gap `h(q) >= 0`, given with its gradient; the normal towards it is `-grad h`.
 ///
-/// The gradient is believed: one that is not that of the gap leads steps to contacts that are none, and a run creeps.
+/// Without a bound on its curvature the gradient is believed: with one that is not that of the gap a run may creep.
 ///
 /// # Examples
 /// A point in the plane that may not leave a circle:
@@ -104,8 +104,9 @@ impl NonlinearStop {
         })
     }
 
-    /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met. With it the
-    /// search for contacts on a step of an integrator is certain.
+    /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met and a little inside the
+    /// stop. With it the search for contacts is certain, whatever the length of a step; a run in which it cannot be ends with
+    /// [`Status::Uncertain`](crate::Status::Uncertain).
     ///
     /// # Errors
     /// A bound that is negative or not finite.

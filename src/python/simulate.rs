@@ -132,7 +132,7 @@ pub(crate) fn method(value: &str) -> PyResult<Method> {
 /// Impacts that accumulate are completed by the limit of their map (a segment "chatter"); a stop that stays in contact is held
 /// (a segment "stick") and let go when its contact force falls through zero; several stops at one instant are resolved by
 /// complementarity. What cannot be resolved, such as a jam, ends the run with status "unresolved_contact" and the reason in
-/// ``message``.
+/// ``message``; a search for contacts that cannot be certified, such as that of a gap that jumps, with "uncertain".
 ///
 /// Ctrl-C is answered within 0.2 s, but for one piece of work: in exact flights the first lasting contact of n coordinates
 /// that are damped takes an eigenproblem of order 2 n, at 200 of them a second or more.

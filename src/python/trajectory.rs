@@ -505,7 +505,8 @@ impl PyTrajectory {
         self.core.t_end()
     }
 
-    /// "finished", "max_impacts", "step_underflow", "inside_stop" (a ramp put a stop onto the motion) or "unresolved_contact".
+    /// "finished", "max_impacts", "step_underflow", "inside_stop" (a ramp put a stop onto the motion), "unresolved_contact" or
+    /// "uncertain" (a search for contacts that could not be certified; the run so far is kept).
     #[getter]
     fn status(&self) -> &'static str {
         self.core.status().name()

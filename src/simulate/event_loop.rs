@@ -219,6 +219,18 @@ impl EventLoop {
                     message,
                 }));
             }
+            Arrival::Uncertain { stop, doubt } => {
+                let time = system.clock().time();
+                let message = format!(
+                    "at t = {time}: a contact with stop {stop} could neither be found nor excluded: {doubt}"
+                );
+                let status = Status::Uncertain;
+                return Ok(Some(Ending {
+                    time,
+                    status,
+                    message,
+                }));
+            }
             Arrival::Stalled { stop } => Err(Unresolved {
                 reason: format!(
                     "the gap to stop {stop} stays within rounding of zero: sustained contact"

@@ -157,6 +157,8 @@ pub enum Status {
     InsideStop,
     /// At a contact that no rule resolves: no step is short enough to tell it from none, or stops go on to strike each other.
     UnresolvedContact,
+    /// Where a search for contacts could not be certified.
+    Uncertain,
 }
 
 impl Status {
@@ -168,6 +170,7 @@ impl Status {
             Self::StepUnderflow,
             Self::InsideStop,
             Self::UnresolvedContact,
+            Self::Uncertain,
         ]
         .into_iter()
         .find(|s| s.name() == name)
@@ -182,6 +185,7 @@ impl Status {
             Self::StepUnderflow => "step_underflow",
             Self::InsideStop => "inside_stop",
             Self::UnresolvedContact => "unresolved_contact",
+            Self::Uncertain => "uncertain",
         }
     }
 }

@@ -1,28 +1,26 @@
-//! Contacts along one Runge-Kutta step: the first one on the quintics of the gaps, and the step to it.
+//! Contacts along one step: the first one on the quintics of the gaps, or by the bounds on their curvature (`certify.rs`).
 
-use super::scene::{Integrated, MOST_POLISHES};
-use crate::contact::curvature::{BoundedGap, first_crossing};
+use super::scene::Integrated;
+use crate::contact::certified::Doubt;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
+use crate::contact::probed::{PROBES, Probed};
 use crate::error::Result;
 
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::segment::Graze;
 use crate::hybrid::system::Gaps;
-use crate::model::{Dynamics, GapValue};
+use crate::model::{Dynamics, GapValue, Surface};
 use crate::tolerance::{SAME_TOUCH, TERM_ROUNDINGS};
-use std::sync::Arc;
 
-/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
-/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
-const TAYLOR_PART: f64 = 1e-2;
-
-/// A minimum is where the interpolation says, but for this part of the step.
-const LOWEST_NEAR: f64 = 0.25;
+/// Angles [rad] of a step up to which a quintic has the gap to a wall of a link that turns evenly: to 2e-5 of its length, and as well as
+/// one that must be far from zero.
+const TURN: f64 = 1.0;
+const FAR_TURN: f64 = 3.0;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
-    /// The earliest contact along the step last taken, as a part of the step, or before it a minimum that the interpolation cannot
-    /// tell from one; touches before that are noted.
+    /// The earliest contact along the step last taken, as a part of the step, or before it a place that cannot be told from one, for
+    /// which the step may be shortened if it may; touches before that are noted.
     #[allow(
         clippy::inline_always,
         reason = "the innermost loop of flights with and without stops held"
@@ -32,10 +30,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         &mut self,
         dynamics: &E,
         orders: Option<&[usize]>,
-        h: f64,
+        (h, may_shorten): (f64, bool),
     ) -> Result<FirstEvent> {
         let mut first = FirstEvent::NONE;
         let noted = self.grazes.len();
+        self.sought.clear();
+        self.doubt = None;
         for stop in 0..self.contacts.len() {
             if IS_HELD && self.is_bound[stop] {
                 continue;
@@ -53,11 +53,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             } else {
                 order == 0 && ends.are_far(2.0 * margin)
             };
-            if is_clear && self.contacts[stop].surface.bounded().is_none() {
+            if is_clear && !self.says_little(stop, h) {
                 continue;
             }
-            let root = self.judge(dynamics, (stop, order), &ends, (is_clear, margin), h)?;
+            let root = self.judge(dynamics, (stop, order), &ends, (margin, may_shorten), h)?;
             first.note(stop, root);
+        }
+        if !self.sought.is_empty() {
+            first = self.certify(dynamics, first, h)?;
         }
         if first.root != FirstRoot::None {
             let time = self.clock.after(first.root.at() * h).time();
@@ -70,42 +73,106 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(first)
     }
 
-    /// What a gap that is not clear at once does along the step last taken.
+    /// Whether the ends of a step say little of a gap between them: of a nonlinear one, and of a wall before links that turn far where no
+    /// error holds the step down.
+    #[inline]
+    pub(super) fn says_little(&self, stop: usize, h: f64) -> bool {
+        match &self.contacts[stop].surface {
+            Surface::Plane { .. } => false,
+            Surface::Nonlinear(_) => true,
+            Surface::Wall { lengths, .. } => {
+                let most = if P::HAS_QUINTIC { TURN } else { FAR_TURN };
+                let links = self.n()..self.n() + lengths.len();
+                let ends = [self.x.slice(), self.stepper.end().slice()];
+                ends.into_iter()
+                    .any(|x| x[links.clone()].iter().any(|v| (h * v).abs() > most))
+            }
+        }
+    }
+
+    /// What a gap that is not clear at once does along the step last taken; one that is to be searched by its curvature nothing, yet.
     #[inline(never)]
     fn judge<E: Dynamics>(
         &mut self,
         dynamics: &E,
         (stop, order): (usize, usize),
         ends: &EndValues,
-        (is_clear, margin): (bool, f64),
+        doubtful: (f64, bool),
         h: f64,
     ) -> Result<FirstRoot> {
+        let surface = &self.contacts[stop].surface;
+        let is_nonlinear = surface.is_nonlinear();
+        let is_bounded = surface.curvature().is_some();
+        if is_bounded && (!P::HAS_QUINTIC || self.says_little(stop, h)) {
+            self.sought.push((stop, order));
+            return Ok(FirstRoot::None);
+        }
         let quintic = Quintic::new(ends);
-        let along = if is_clear {
+        let size = self.gaps[stop].size.max(self.ahead[stop].size);
+        let judgement = Judgement {
+            rounding: TERM_ROUNDINGS * size,
+            error: self.interpolation_error(dynamics, stop, &quintic, h)?,
+        };
+        self.touches.clear();
+        let along = quintic.first_contact(order, judgement, &mut self.touches);
+        self.note_touches(stop, h);
+        let along = if self.is_late((stop, order), along, &quintic, size) {
             FirstRoot::None
         } else {
-            let size = self.gaps[stop].size.max(self.ahead[stop].size);
-            let judgement = Judgement {
-                rounding: TERM_ROUNDINGS * size,
-                error: self.interpolation_error(dynamics, stop, &quintic, h)?,
-            };
-            self.touches.clear();
-            let along = quintic.first_contact(order, judgement, &mut self.touches);
-            self.note_touches(stop, h);
-            // Of a stop left more slowly than a quintic tells it counts that it stays within the tolerance.
-            let is_near = |x: f64| quintic.value(x).abs() <= self.tolerance(stop, size);
-            let is_late = order > 0 && matches!(along, FirstRoot::Undecided { .. });
-            if is_late && [0.0, 0.5, 1.0].into_iter().all(is_near) {
-                FirstRoot::None
-            } else {
-                along
-            }
+            along
         };
-        self.proved(dynamics, (stop, along), margin, h)
+        if is_nonlinear {
+            return self.probed(dynamics, (stop, order), (along, &quintic), doubtful, h);
+        }
+        Ok(along)
+    }
+
+    /// Whether a stop that a flight left so slowly that a quintic does not tell stays within the tolerance.
+    fn is_late(
+        &self,
+        (stop, order): (usize, usize),
+        along: FirstRoot,
+        quintic: &Quintic,
+        size: f64,
+    ) -> bool {
+        let is_near = |x: f64| quintic.value(x).abs() <= self.tolerance(stop, size);
+        let is_undecided = matches!(along, FirstRoot::Undecided { .. });
+        order > 0 && is_undecided && [0.0, 0.5, 1.0].into_iter().all(is_near)
+    }
+
+    /// What the quintic of a nonlinear gap of which no curvature is known says of the step last taken, put right by the gap itself at
+    /// some places: a step along which the two differ is too long, and a place where the stop is passed has a contact before it.
+    fn probed<E: Dynamics>(
+        &mut self,
+        dynamics: &E,
+        (stop, order): (usize, usize),
+        (along, quintic): (FirstRoot, &Quintic),
+        (margin, may_shorten): (f64, bool),
+        h: f64,
+    ) -> Result<FirstRoot> {
+        let path = self.step_path(dynamics, h)?;
+        let (begun, departed) = (self.moment(), self.departed(stop, order));
+        let mut probed = Probed([0.0; PROBES.len()]);
+        for (gap, x) in probed.0.iter_mut().zip(PROBES) {
+            let q = path.about(x).position();
+            *gap = self.contacts[stop].gap(&q, begun.after(x * h))? - departed;
+        }
+        self.n_gap_evaluations += PROBES.len();
+        if may_shorten && probed.is_unlike(quintic, margin) {
+            self.doubt = Some((stop, Doubt::Jumps));
+            return Ok(FirstRoot::Undecided { at: 0.0 });
+        }
+        Ok(match probed.passed(margin) {
+            Some((open, passed)) if along.at() > passed => FirstRoot::Crossing {
+                at: 0.5 * (open + passed),
+                passed,
+            },
+            _ => along,
+        })
     }
 
     /// Notes the touches along the step last taken; one that was noted where the step before ended is the same.
-    fn note_touches(&mut self, stop: usize, h: f64) {
+    pub(super) fn note_touches(&mut self, stop: usize, h: f64) {
         for &(x, gap) in &self.touches {
             let time = self.clock.after(x * h).time();
             let is_same = |g: &Graze| g.stop == stop && (time - g.time).abs() <= SAME_TOUCH * h;
@@ -114,38 +181,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 self.grazes.push(Graze { time, stop, depth });
             }
         }
-    }
-
-    /// What the quintic of a gap says of the step last taken, put right where the gap has a bound that proves it.
-    fn proved<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        (stop, along): (usize, FirstRoot),
-        margin: f64,
-        h: f64,
-    ) -> Result<FirstRoot> {
-        let contacts = Arc::clone(&self.contacts);
-        let Some((nonlinear, curvature)) = contacts[stop].surface.bounded() else {
-            return Ok(along);
-        };
-        let until = along.at().min(1.0);
-        let dense = self.dense(dynamics, h)?;
-        let path: Vec<Vec<f64>> = (0..self.n()).map(|i| dense.powers(i)).collect();
-        let begun = self.moment();
-        let motion = contacts[stop].motion.as_ref();
-        let moved = |x: f64| {
-            let [value, speed, _] = motion?.along(begun.after(x * h));
-            Some([value, h * speed])
-        };
-        let gap = BoundedGap {
-            stop: nonlinear,
-            curvature,
-            moved: &moved,
-            bend: motion.map_or(0.0, |motion| h * h * motion.bend_bound(begun, h)),
-        };
-        // The path itself is known to the tolerance, a tenth of the margin.
-        let found = first_crossing(&gap, &path, 0.1 * margin, until)?;
-        Ok(found.map_or(along, |x| FirstRoot::Crossing { at: x, passed: 1.0 }))
     }
 
     /// The difference of the quintic to the dense output half-way.
@@ -168,107 +203,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the run began so deep. It
     /// returns to that: to zero it would have no way, if it is lower.
-    fn departed(&self, stop: usize, order: usize) -> f64 {
+    pub(super) fn departed(&self, stop: usize, order: usize) -> f64 {
         if order > 0 { self.gaps[stop].gap } else { 0.0 }
-    }
-
-    /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
-    /// at the start is not meant; the stop is `passed` at a length beyond. Returns the length, none where no step can be taken; the
-    /// stepper's end is the state there.
-    pub(super) fn land<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        (stop, order): (usize, usize),
-        (guess, passed): (f64, f64),
-        h: f64,
-    ) -> Result<Option<f64>> {
-        let n = self.n();
-        let mut s = guess;
-        let (mut open, mut closed) = (0.0, passed);
-        let departed = self.departed(stop, order);
-        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
-        for _ in 0..MOST_POLISHES {
-            if !self.step(dynamics, s)? {
-                return Ok(None);
-            }
-            self.evaluate_gaps_ahead(s, h)?;
-            let GapValue {
-                gap,
-                speed,
-                acceleration,
-                size,
-                ..
-            } = self.ahead[stop];
-            let gap = gap - departed;
-            if gap > 0.0 {
-                open = s;
-            } else {
-                closed = s;
-            }
-            let correction = if order == 0 {
-                -gap / (speed - 0.5 * acceleration * gap / speed)
-            } else {
-                // The root at the start is divided out: else a low flight would land where it began, or before.
-                -gap / (speed - order as f64 * gap / s)
-            };
-            let is_inside = speed < 0.0 && (open..=closed).contains(&(s + correction));
-            if is_inside && correction.abs() <= small {
-                let rate = self.stepper.end_rate().clone();
-                let (q, v) = self.stepper.end_mut().slice_mut().split_at_mut(n);
-                for i in 0..n {
-                    let a = rate.slice()[n + i];
-                    q[i] += correction * (v[i] + 0.5 * correction * a);
-                    v[i] += correction * a;
-                }
-                return Ok(Some(s + correction));
-            }
-            // Half the way is no sign that the contact is near, but where nothing is left of it.
-            let next = if is_inside {
-                s + correction
-            } else {
-                0.5 * (open + closed)
-            };
-            if next == s || gap.abs() <= f64::EPSILON * size {
-                return Ok(Some(s));
-            }
-            s = next;
-        }
-        Ok(self.step(dynamics, s)?.then_some(s))
-    }
-
-    /// The length of the step at whose end a gap is lowest, by Newton's method on its speed with steps of their own; none where it
-    /// is not found near the guess.
-    #[cold]
-    pub(super) fn descend<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        stop: usize,
-        guess: f64,
-        h: f64,
-    ) -> Result<Option<f64>> {
-        let mut s = guess;
-        for _ in 0..MOST_POLISHES {
-            if !self.step(dynamics, s)? {
-                return Ok(None);
-            }
-            self.evaluate_gaps_ahead(s, h)?;
-            let GapValue {
-                speed,
-                acceleration,
-                size,
-                ..
-            } = self.ahead[stop];
-            let correction = -speed / acceleration;
-            let is_near = acceleration > 0.0 && correction.abs() <= LOWEST_NEAR * h;
-            let next = s + correction;
-            if !is_near || next <= 0.0 || next > h {
-                return Ok(None);
-            }
-            if (speed * correction).abs() <= f64::EPSILON * size {
-                return Ok(Some(s));
-            }
-            s = next;
-        }
-        Ok(None)
     }
 }

@@ -1,12 +1,14 @@
 //! A scene that is integrated: moved in the steps of a method, or along Taylor series; its contacts found along each step and
 //! reached by a step of their own (theory 8).
 
+mod certify;
 mod complete_chatter;
 mod contact;
 mod flight_pieces;
 mod flow;
 mod free;
 mod jerk;
+mod landing;
 mod maps;
 mod normal;
 mod pendulum;

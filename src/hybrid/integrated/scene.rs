@@ -1,5 +1,7 @@
 //! A scene that is integrated, where it is now.
 
+use crate::contact::certified::{Doubt, StepTouch};
+use crate::contact::curvature::gap_tolerance;
 use crate::error::{Error, Result};
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
 use crate::flow::steps::control::Controller;
@@ -13,7 +15,6 @@ use crate::model::{
     contacts,
 };
 use crate::observer::Observer;
-use crate::tolerance::GAP_ROUNDING;
 use nalgebra::DVector;
 use std::cell::OnceCell;
 use std::marker::PhantomData;
@@ -62,6 +63,12 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) gaps: Vec<GapValue>,
     pub(super) ahead: Vec<GapValue>,
     pub(super) touches: Vec<(f64, f64)>,
+    /// The stops whose gaps are to be searched along the step last taken by the bound on their curvature, with the orders of their roots
+    /// at its start, and the touches found.
+    pub(super) sought: Vec<(usize, usize)>,
+    pub(super) sought_touches: Vec<StepTouch>,
+    /// The stop of which the search along the step last tried could not be certified, and why, if it could not.
+    pub(super) doubt: Option<(usize, Doubt)>,
     /// The place of each stop, once two of them are asked about.
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazes: Vec<Graze>,
@@ -120,6 +127,9 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             clock,
             began: clock,
             touches: Vec::new(),
+            sought: Vec::new(),
+            sought_touches: Vec::new(),
+            doubt: None,
             places: OnceCell::new(),
             grazes: Vec::new(),
             extents: Vec::new(),
@@ -156,7 +166,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
 
     /// Takes note of why a step could not be tried, if it was for want of numbers.
     #[cold]
-    fn refuse(&mut self, error: Error) -> Result<bool> {
+    pub(super) fn refuse(&mut self, error: Error) -> Result<bool> {
         if !error.is_not_finite() {
             return Err(error);
         }
@@ -205,8 +215,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
 
     /// The margin of a gap.
     pub(super) fn margin_of(&self, gap: GapValue) -> f64 {
-        let absolute = self.tolerance.absolute * gap.steepness;
-        10.0 * (absolute + self.tolerance.relative.max(GAP_ROUNDING) * gap.size)
+        10.0 * gap_tolerance(self.tolerance, (gap.steepness, gap.size))
     }
 
     /// A time over which the motion changes little: the step, or what it takes to move by the present state.

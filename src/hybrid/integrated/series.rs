@@ -4,6 +4,7 @@
 use super::free::FreeFlight;
 use super::pendulum::series_order;
 use super::scene::{Integrated, parted};
+use crate::contact::curvature::gap_tolerance;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
@@ -16,6 +17,9 @@ use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, Links, PhysicalState, Scene, contacts};
 use crate::observer::Observer;
+
+/// How far a link may turn in a step [rad] until it is asked whether its sine is known: of usual steps it is.
+pub(super) const TURN: f64 = 2.0;
 
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
@@ -229,7 +233,7 @@ impl SeriesSearch {
             recorder.begin_segment(SegmentKind::Flight, &[]);
         }
         let (h, is_last) = match self.reach(system, motion, end) {
-            Reach::To { h, is_last } => (h, is_last),
+            Reach::To { h, is_last } => self.known(system, motion, (h, is_last)),
             Reach::AtEnd => {
                 let arrival = Some(Arrival::End);
                 return Some(SeriesStep { span: 0.0, arrival });
@@ -249,6 +253,29 @@ impl SeriesSearch {
             FirstRoot::Crossing { at, .. } => (at.clamp(0.0, h), Some(Arrival::Contact { stop })),
         };
         Some(SeriesStep { span, arrival })
+    }
+
+    /// The same step, shorter where links turn so far in it that the sines in a gap are not known to the tolerance, though the angles
+    /// are; and whether it is the last.
+    #[inline]
+    fn known<S: State, D: Dynamics, P: Stepper<S>, const K: usize>(
+        &self,
+        system: &Integrated<'_, S, D, P>,
+        motion: BatchMotion<'_, K>,
+        (h, is_last): (f64, bool),
+    ) -> (f64, bool) {
+        if h * motion.largest(|lane| &lane.v[0]) <= TURN {
+            return (h, is_last);
+        }
+        let mut gap = GapSeries::EMPTY;
+        let known = self.gaps.iter().fold(h, |known, terms| {
+            let Some(reach) = terms.reach() else {
+                return known;
+            };
+            terms.along(motion, &mut gap);
+            gap.known_within(known, gap_tolerance(system.tolerance, (reach, reach)))
+        });
+        (known, is_last && known >= h)
     }
 
     /// Operations that a step is, at the most.

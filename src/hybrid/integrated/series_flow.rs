@@ -1,7 +1,7 @@
 //! Free motion of a pendulum along its Taylor series from one time to another, with what deviations of its start make of it (theory 8).
 
 use super::pendulum::{has_series, links_of, series_order};
-use super::series::SeriesArc;
+use super::series::{SeriesArc, TURN};
 use crate::error::{Error, Result};
 use crate::flow::steps::Tolerance;
 use crate::flow::{ABREAST, Abreast, BatchMotion, PendulumSeries, SeriesOf, SeriesTangents};
@@ -164,10 +164,13 @@ impl SeriesFlow {
             self.pendulum
                 .begin(&mut series, 0, (at.after(done), q, v))?;
             self.pendulum.expand(&mut series);
-            let wanted = series.motion(0).longest_step(tolerance, before);
+            let motion = series.motion(0);
+            let wanted = motion.longest_step(tolerance, before);
             if wanted.is_nan() {
                 break;
             }
+            // Gaps have the sines of the angles, which to the order of flights are known so far.
+            let wanted = wanted.min(TURN / motion.largest(|lane| &lane.v[0]));
             let h = go(&series, wanted.min(left));
             if h.is_nan() || done + h == done {
                 break;

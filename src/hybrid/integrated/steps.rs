@@ -3,6 +3,7 @@
 
 use super::free::FreeFlight;
 use super::scene::Integrated;
+use crate::contact::certified::Doubt;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
@@ -141,7 +142,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     }
 
     /// At a contact the end rate of the step to it serves for the gaps, unless stops were held; the next flight evaluates its own.
-    fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
+    pub(super) fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
         if !self.held.is_empty() {
             return self.evaluate_gaps();
         }
@@ -150,23 +151,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.take_gaps()
     }
 
-    /// Takes note of how far from its stop a gap is half-way to a contact at a part x of the step last taken: the cubic there.
-    fn note_extent(&mut self, stop: usize, x: f64, h: f64) {
-        let (start, end) = (self.gaps[stop], self.ahead[stop]);
-        let speed = start.speed + x * (end.speed - start.speed);
-        let far = 0.5 * start.gap + 0.125 * x * h * (start.speed - speed);
-        self.extents[stop] = self.extents[stop].max(far.abs());
-    }
-
     /// Makes the end of the step last taken the present state.
-    fn arrive(&mut self, s: f64) {
+    pub(super) fn arrive(&mut self, s: f64) {
         self.x.clone_from(self.stepper.end());
         self.clock = self.clock.after(s);
     }
 
     /// Records what is wanted of the step last taken, of length s; `last` is the time at which the run ends with it.
     #[inline(never)]
-    fn record<E: Dynamics>(
+    pub(super) fn record<E: Dynamics>(
         &mut self,
         dynamics: &E,
         s: f64,
@@ -378,6 +371,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         self.grazes.clear();
+        self.doubt = None;
         self.forget_extents();
         let kind = if IS_HELD {
             SegmentKind::Stick
@@ -405,21 +399,30 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     }
                     break Arrival::End;
                 }
-                Trial::TooShort => break Arrival::Underflow,
+                Trial::TooShort => break self.given_up(),
             };
-            self.evaluate_gaps_ahead(h, h)?;
+            if !self.evaluate_gaps_within_doubles(h)? {
+                self.h = Some(0.25 * h);
+                continue;
+            }
             let may_shorten = halvings < MOST_HALVINGS;
             let FirstEvent { stop, root } =
-                self.contact_along::<E, IS_HELD>(dynamics, orders, h)?;
+                self.contact_along::<E, IS_HELD>(dynamics, orders, (h, may_shorten))?;
             let found = match root {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
-                    let lowest = self.descend(dynamics, stop, at * h, h)?;
-                    self.h = Some(lowest.unwrap_or(0.5 * h));
+                    let Some(shorter) = self.shorter(dynamics, (stop, at), h)? else {
+                        break self.given_up();
+                    };
+                    self.h = Some(shorter);
                     continue;
                 }
-                FirstRoot::Undecided { .. } | FirstRoot::None => None,
+                FirstRoot::Undecided { .. } => match self.doubt {
+                    Some(_) => break self.given_up(),
+                    None => None,
+                },
+                FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
             let FirstEvent { stop, root } = if IS_HELD {
@@ -436,7 +439,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, .. } => Some((stop, at)),
             };
-            halvings = 0;
             self.accept(h, next);
             // Where stops are held, the drift of their gaps and speeds is projected away before an event.
             if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
@@ -444,10 +446,19 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 break self.arrive_at_release(dynamics, stop, (x, h), recorder)?;
             }
             if let Some((stop, x, passed)) = found {
-                let order = orders.map_or(0, |orders| orders[stop]);
                 let parts = (x, passed, h);
-                break self.arrive_at_contact(dynamics, (stop, order), parts, recorder)?;
+                let reached = self.arrive_at_contact(dynamics, (stop, orders), parts, recorder)?;
+                match reached {
+                    Some(arrival) => break arrival,
+                    None if may_shorten => {
+                        halvings += 1;
+                        self.h = Some(0.5 * h);
+                        continue;
+                    }
+                    None => break self.given_up(),
+                }
             }
+            halvings = 0;
             if is_recorded {
                 self.record(dynamics, h, is_last.then_some(last), recorder)?;
             }
@@ -467,45 +478,40 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok(arrival)
     }
 
-    /// Steps to the release of a stop, near a part x of the step last taken.
-    fn arrive_at_release<E: Dynamics>(
-        &mut self,
-        dynamics: &E,
-        stop: usize,
-        (x, h): (f64, f64),
-        recorder: &mut dyn Recorder,
-    ) -> Result<Arrival> {
-        let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
-            return Ok(Arrival::Underflow);
-        };
-        self.record(dynamics, s, None, recorder)?;
-        self.arrive(s);
-        self.settle(&self.held.clone())?;
-        self.evaluate_gaps()?;
-        Ok(Arrival::Release { stop })
+    /// How a flight ends whose steps cannot be made shorter.
+    #[cold]
+    fn given_up(&self) -> Arrival {
+        match self.doubt {
+            Some((stop, doubt)) => Arrival::Uncertain { stop, doubt },
+            None => Arrival::Underflow,
+        }
     }
 
-    /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `order` is that of the
-    /// zero of its gap where the step began.
-    fn arrive_at_contact<E: Dynamics>(
+    /// A shorter step than one that cannot tell a contact near a part of it from none: to the minimum there, if that is all, or to where
+    /// a gap contradicts its bound; none where it does at once.
+    #[cold]
+    fn shorter<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        (stop, order): (usize, usize),
-        (x, passed, h): (f64, f64, f64),
-        recorder: &mut dyn Recorder,
-    ) -> Result<Arrival> {
-        self.note_extent(stop, x, h);
-        let landed = self.land(dynamics, (stop, order), (x * h, passed * h), h)?;
-        let Some(s) = landed else {
-            return Ok(Arrival::Underflow);
-        };
-        self.record(dynamics, s, None, recorder)?;
-        self.arrive(s);
-        if !self.held.is_empty() {
-            self.settle(&self.held.clone())?;
+        (stop, at): (usize, f64),
+        h: f64,
+    ) -> Result<Option<f64>> {
+        Ok(match self.doubt {
+            Some((_, Doubt::Bends)) => (at > 0.0).then_some(at * h),
+            Some(_) => Some(0.5 * h),
+            None => {
+                let lowest = self.descend(dynamics, stop, at * h, h)?;
+                Some(lowest.unwrap_or(0.5 * h))
+            }
+        })
+    }
+
+    /// The gaps at the end of the step last taken; false where one is no number so far away.
+    fn evaluate_gaps_within_doubles(&mut self, h: f64) -> Result<bool> {
+        match self.evaluate_gaps_ahead(h, h) {
+            Ok(()) => Ok(true),
+            Err(error) => self.refuse(error),
         }
-        self.evaluate_gaps_on_arrival()?;
-        Ok(Arrival::Contact { stop })
     }
 
     /// Makes the gaps at the end of the step those at the present state.

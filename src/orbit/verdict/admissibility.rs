@@ -180,12 +180,14 @@ impl Admissibility {
 
     /// Takes note of where a search on a flight proved nothing more.
     pub(in crate::orbit) fn leave_open(&mut self, stop: usize, start: f64, check: &FlightCheck) {
-        if let (None, Some(time)) = (self.undecided, check.undecided) {
-            self.undecided = Some(Undecided {
-                stop,
-                time: start + time,
-            });
+        if let Some(time) = check.undecided {
+            self.leave_undecided(stop, start + time);
         }
+    }
+
+    /// Takes note of the first time from which on a search proved nothing more.
+    pub(in crate::orbit) fn leave_undecided(&mut self, stop: usize, time: f64) {
+        self.undecided.get_or_insert(Undecided { stop, time });
     }
 
     pub(in crate::orbit) fn keep_worst(&mut self, breach: Breach) {

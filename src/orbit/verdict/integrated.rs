@@ -2,6 +2,7 @@
 
 use crate::contact::first_root::FirstRoot;
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
+use crate::contact::probed::{PROBES, Probed};
 use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
 use crate::hybrid::{
@@ -18,6 +19,9 @@ use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
 use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
 use crate::tolerance::INTEGRATED_MARGIN;
 use nalgebra::DVector;
+
+/// Part of a flight's shortest step to which one is halved along which a nonlinear gap is not that of its quintic.
+const SHORTEST: f64 = 1e-3;
 
 /// Judges flights that are integrated.
 pub(crate) struct IntegratedJudge<'a> {
@@ -318,6 +322,12 @@ impl IntegratedJudge<'_> {
         found: &mut Admissibility,
     ) -> Result<()> {
         let contact = &self.maps.contacts[stop];
+        if contact.surface.is_nonlinear()
+            && let Some(curvature) = contact.surface.curvature()
+        {
+            let searched = (stop, first_order, curvature);
+            return self.search_bounded((start, steps), searched, held, margin, found);
+        }
         let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
             let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
             let (q, v) = x.split_at(x.len() / 2);
@@ -337,23 +347,51 @@ impl IntegratedJudge<'_> {
             let h = step.h / count;
             (0..count as usize).map(move |k| (step, k as f64 * h, h))
         });
-        for (i, (step, from, h)) in pieces.enumerate() {
+        let mut left: Vec<_> = pieces.collect();
+        left.reverse();
+        let mut order = first_order;
+        let shortest = left
+            .iter()
+            .map(|(_, _, h)| h * SHORTEST)
+            .fold(f64::INFINITY, f64::min);
+        while let Some((step, from, h)) = left.pop() {
             let t = start + step.start + from;
-            let order = if i == 0 { first_order } else { 0 };
             let known = EndValues::new(
                 ends(t, &step.dense.at(from), h)?,
                 ends(t + h, &step.dense.at(from + h), h)?,
                 h,
                 order,
             );
-            if known.are_clear(order, margin) {
+            let is_nonlinear = contact.surface.is_nonlinear();
+            if known.are_clear(order, margin) && !is_nonlinear {
+                order = 0;
                 continue;
             }
             let quintic = Quintic::new(&known);
+            let mut lowest = quintic.lowest();
+            if is_nonlinear {
+                let mut probed = Probed([0.0; PROBES.len()]);
+                for (gap, x) in probed.0.iter_mut().zip(PROBES) {
+                    let q = step.dense.at(from + x * h);
+                    let at = self.maps.moment(t + x * h);
+                    *gap = contact.gap(&q[..q.len() / 2], at)?;
+                }
+                if probed.is_unlike(&quintic, margin) && h > shortest {
+                    let half = 0.5 * h;
+                    left.extend([(step, from + half, half), (step, from, half)]);
+                    continue;
+                }
+                let deepest = probed.deepest();
+                if deepest.1 > lowest.1.max(margin) {
+                    lowest = deepest;
+                }
+            }
             let mut touches = Vec::new();
             let along = quintic.first_contact(order, judged, &mut touches);
-            let (x, depth) = quintic.lowest();
-            if along != FirstRoot::None && depth > margin {
+            order = 0;
+            let (x, depth) = lowest;
+            let is_passed = along != FirstRoot::None || lowest != quintic.lowest();
+            if is_passed && depth > margin {
                 found.keep_worst(Breach {
                     stop,
                     time: t + x * h,

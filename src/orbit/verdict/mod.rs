@@ -2,6 +2,7 @@
 
 pub(in crate::orbit) mod admissibility;
 pub(in crate::orbit) mod another_route;
+mod bounded;
 pub(in crate::orbit) mod closing;
 pub(in crate::orbit) mod integrated;
 pub(in crate::orbit) mod judge;

@@ -52,7 +52,8 @@ impl GapFunction for PyGap {
 /// restitution : float
 ///     Restitution coefficient [-], in [0, 1].
 /// curvature : float, optional
-///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met: makes the search certain.
+///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met and a little inside the stop: makes the
+///     search certain.
 /// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
 ///     Direction b in which an impact changes the velocity, ``n.b > 0`` at every impact; as for Stop.
 /// motion : Harmonic, Fourier or signal, optional
@@ -67,13 +68,22 @@ impl GapFunction for PyGap {
 ///
 /// Notes
 /// -----
-/// The functions are called as those of NonlinearSystem. Contacts are searched on an interpolant of the gap: the quintic of
-/// its value and first two time derivatives at both ends of a step; the second has ``v.(hess h)v`` by differences of the
-/// gradient along the motion, exact to rounding for a gap of second degree. Without ``curvature`` this search is
-/// not certain, as the ``message`` of a trajectory says; with it every step is walked along in steps that provably hold no
-/// contact deeper than ``atol |grad h|_1 + rtol size``, whatever the interpolant says: size is ``|h| + sum |q_i dh/dq_i|``, and
-/// all of it the larger of both ends of the step. The gradient is believed: one that is not that of the gap leads steps to contacts
-/// that are none, and a run creeps.
+/// The functions are called as those of NonlinearSystem.
+///
+/// With ``curvature`` the motion on every step, however long, is walked along in pieces that provably hold no contact deeper than
+/// ``atol |grad h|_1 + rtol size``, with size ``|h| + sum |q_i dh/dq_i|``; the first contact is where a stop is first crossed. Every
+/// value of the gap is held against its gradient and the bound: where they disagree, or the search comes to no end, the step is
+/// taken shorter, and where no shorter one helps the run ends with the status "uncertain", which keeps what came before. A bound that
+/// is none is not always found out.
+///
+/// Without ``curvature`` the search is not certain, as the ``message`` of a trajectory says: contacts are searched on the quintic of the
+/// gap's value and first two time derivatives at both ends of a step, whose second has ``v.(hess h)v`` by differences of the gradient
+/// along the motion. The gap is asked for at three places of each step besides: where it differs from the quintic the step is taken
+/// shorter, and a stop that is passed at one of them, or at an end, is met before. What passes between them may be missed. The gradient
+/// is believed: with one that is not that of the gap a run may creep.
+///
+/// Either way an impact is where the gap is zero, to the tolerance; a gap that changes its sign and is zero nowhere ends the run with
+/// "uncertain".
 ///
 /// Examples
 /// --------

@@ -1,0 +1,129 @@
+//! Nonlinear gaps along the flights of an orbit: by a bound on their curvature, where they have one, what is passed is proved
+//! (`contact/certified.rs`); where they have none, the gap itself is asked for beside its quintics.
+
+use crate::contact::certified::{Certified, first_contact};
+use crate::contact::curvature::BoundedGap;
+use crate::contact::first_root::FirstRoot;
+use crate::contact::polynomial::{EndValues, Quintic};
+use crate::contact::step_path::StepPath;
+use crate::error::Result;
+use crate::flow::steps::Tolerance;
+use crate::hybrid::OrbitStep;
+use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
+use crate::orbit::verdict::integrated::IntegratedJudge;
+
+/// Places at which the lowest of a gap behind its crossing is sought, before golden sections.
+const LOOKS: u32 = 64;
+/// Golden sections of what lies between two of them.
+const SECTIONS: usize = 40;
+/// What is known of flights is their margin, no tolerance.
+const KNOWN: Tolerance = Tolerance {
+    relative: 0.0,
+    absolute: 0.0,
+};
+
+impl IntegratedJudge<'_> {
+    /// The motion on a step while stops are held, by the quintics through both its ends.
+    fn path(&self, held: &[usize], (t, step): (f64, &OrbitStep)) -> Result<StepPath> {
+        let known = |at: f64| -> Result<(Vec<f64>, Vec<f64>)> {
+            let x = step.dense.at(at);
+            let a = self.maps.rate_of(held, self.maps.moment(t + at), &x)?;
+            Ok((x, a))
+        };
+        let ends = [known(0.0)?, known(step.h)?];
+        let n = ends[0].1.len();
+        let quintic = |i: usize| {
+            let [start, end] = [0, 1].map(|k| [ends[k].0[i], ends[k].0[n + i], ends[k].1[i]]);
+            let quintic = Quintic::new(&EndValues::new(start, end, step.h, 0));
+            quintic.powers().to_vec()
+        };
+        Ok(StepPath::new((0..n).map(quintic).collect(), 0.0))
+    }
+
+    /// Searches the gap of a stop of some curvature along a flight whose first step begins with a root of some order.
+    pub(super) fn search_bounded(
+        &self,
+        (start, steps): (f64, &[OrbitStep]),
+        (stop, first_order, curvature): (usize, usize, f64),
+        held: &[usize],
+        margin: f64,
+        found: &mut Admissibility,
+    ) -> Result<()> {
+        let mut touches = Vec::new();
+        for (i, step) in steps.iter().enumerate() {
+            let t = start + step.start;
+            let path = self.path(held, (t, step))?;
+            let mut gap = BoundedGap {
+                contact: &self.maps.contacts[stop],
+                curvature,
+                order: if i == 0 { first_order } else { 0 },
+                departed: 0.0,
+                begun: self.maps.moment(t),
+                h: step.h,
+                tolerance: KNOWN,
+                known: margin,
+            };
+            if gap.order > 0 {
+                gap.departed = gap.at(&path, 0.0)?.gap;
+            }
+            touches.clear();
+            let gaps = [gap];
+            let Certified { first, doubt, .. } = first_contact(&gaps, &path, 1.0, &mut touches)?;
+            match first.root {
+                FirstRoot::Crossing { at, .. } => {
+                    let (x, depth) = deepest(&gaps[0], &path, at)?;
+                    if depth > margin {
+                        found.keep_worst(Breach {
+                            stop,
+                            time: t + x * step.h,
+                            depth,
+                            rule: Rule::Passed,
+                        });
+                    }
+                }
+                FirstRoot::Undecided { at } if doubt.is_some() => {
+                    found.leave_undecided(stop, t + at * step.h);
+                }
+                FirstRoot::Undecided { .. } | FirstRoot::None => {}
+            }
+            found.touches.extend(touches.iter().map(|touch| Touch {
+                stop,
+                time: t + touch.x * step.h,
+                gap: -touch.depth,
+            }));
+        }
+        Ok(())
+    }
+}
+
+/// The deepest place of a gap behind a part of a step, and how deep it is there.
+fn deepest(gap: &BoundedGap<'_>, path: &StepPath, from: f64) -> Result<(f64, f64)> {
+    let look = |k: u32| from + (1.0 - from) * f64::from(k) / f64::from(LOOKS);
+    let mut least = (from, f64::INFINITY);
+    let mut nearest = 0;
+    for k in 0..=LOOKS {
+        let there = gap.at(path, look(k))?.gap;
+        if there < least.1 {
+            (least, nearest) = ((look(k), there), k);
+        }
+    }
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (
+        look(nearest.saturating_sub(1)),
+        look((nearest + 1).min(LOOKS)),
+    );
+    for _ in 0..SECTIONS {
+        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
+        if gap.at(path, c)?.gap < gap.at(path, d)?.gap {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    let x = 0.5 * (a + b);
+    let there = gap.at(path, x)?.gap;
+    if there < least.1 {
+        least = (x, there);
+    }
+    Ok((least.0, -least.1))
+}
