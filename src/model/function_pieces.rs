@@ -6,9 +6,11 @@ use crate::model::chebyshev::{GOLDEN, NODES, PLACES, Piece, coefficients, line, 
 use crate::observer::{Observer, ObserverFn};
 use crate::tolerance::{FUNCTION_TOL, MOST_PIECES};
 
-/// Pieces up to this part of the way between two breaks, where halves of it have led to a corner, are straight lines if those are the
-/// function: high powers would have no digits.
+/// Pieces up to this part of the way between two breaks, where halves of it have led to a corner, are straight lines: high powers would have
+/// no digits.
 const CORNER: f64 = 1.0 / 67_108_864.0;
+/// How much farther a line may be off a corner than at the places that are looked at: a tip between an end and the next place.
+const TIP: f64 = 2.0;
 /// What the last place of the time may make of a function, in parts of its largest value: more is a jump.
 const MOST_BY_TIME: f64 = 1e-6;
 /// Last places of the time by which a place beside a break is away from it, and by which the time of a value is unknown.
@@ -222,21 +224,17 @@ impl Pieces<'_, '_> {
         } else {
             by_time(self.layout.span.0, self.layout.span.1)
         };
-        let mut least = f64::INFINITY;
         let is_line = part.end - part.start <= CORNER * part.way;
-        let lines = is_line.then(|| line(&piece.values));
-        for c in lines
-            .into_iter()
-            .chain([coefficients(&piece.values[..NODES])])
-        {
-            let miss = piece.miss(&c).max(self.missed_looks(part, &c));
-            let is_rough = miss > ROUGH * part.missed && miss <= rounding;
-            if is_rough || miss <= allowed {
-                return (miss, Some(c));
-            }
-            least = least.min(miss);
-        }
-        (least, None)
+        let c = if is_line {
+            line(&piece.values)
+        } else {
+            coefficients(&piece.values[..NODES])
+        };
+        // The tip of a corner may lie between two places.
+        let beside = if is_line { TIP } else { 1.0 };
+        let miss = beside * piece.miss(&c).max(self.missed_looks(part, &c));
+        let is_rough = miss > ROUGH * part.missed && miss <= rounding;
+        (miss, (is_rough || miss <= allowed).then_some(c))
     }
 
     fn lay_out(&mut self) -> Result<Vec<PolynomialPiece>> {

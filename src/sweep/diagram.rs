@@ -247,12 +247,11 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
         }
         options.section.check(scene)?;
     }
-    check_own_times(scenes, options)?;
     if let Some((q0, v0)) = &options.start {
         finite_vector("q0", q0, n)?;
         finite_vector("v0", v0, n)?;
     }
-    Ok(())
+    check_own_times(scenes, options)
 }
 
 /// One value after the other, each from where the one before has ended.

@@ -77,15 +77,22 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// error holds the step down.
     #[inline]
     pub(super) fn says_little(&self, stop: usize, h: f64) -> bool {
+        let most = if P::HAS_QUINTIC { TURN } else { FAR_TURN };
+        self.bends(stop, h, most)
+    }
+
+    /// Whether a gap may bend otherwise than its quintic along the step last taken, of which the angles of links to a wall turn by more than
+    /// some.
+    #[inline]
+    fn bends(&self, stop: usize, h: f64, turn: f64) -> bool {
         match &self.contacts[stop].surface {
             Surface::Plane { .. } => false,
             Surface::Nonlinear(_) => true,
             Surface::Wall { lengths, .. } => {
-                let most = if P::HAS_QUINTIC { TURN } else { FAR_TURN };
                 let links = self.n()..self.n() + lengths.len();
                 let ends = [self.x.slice(), self.stepper.end().slice()];
                 ends.into_iter()
-                    .any(|x| x[links.clone()].iter().any(|v| (h * v).abs() > most))
+                    .any(|x| x[links.clone()].iter().any(|v| (h * v).abs() > turn))
             }
         }
     }
@@ -103,7 +110,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let surface = &self.contacts[stop].surface;
         let is_nonlinear = surface.is_nonlinear();
         let is_bounded = surface.curvature().is_some();
-        if is_bounded && (!P::HAS_QUINTIC || self.says_little(stop, h)) {
+        if is_bounded && self.bends(stop, h, TURN) {
             self.sought.push((stop, order));
             return Ok(FirstRoot::None);
         }
