@@ -213,7 +213,8 @@ class Branch(ItemsResult[Orbit]):
                 return part[0][last]
             reached.append((float(part[1][last]), part[8][last][1]))
         far, why = min(reached, key=lambda own: abs(own[0] - value))
-        message = f"the branch was not followed to {value:.10g} between its points at {ends[0].parameter:.10g} and {ends[1].parameter:.10g}"
+        beside = " and ".join(f"{end.parameter:.10g}" for end in ends)
+        message = f"the branch was not followed to {value:.10g} between its points at {beside}"
         raise ConvergenceError(f"{message}: it came to {far:.10g} ({why})")
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:

@@ -47,7 +47,8 @@ _ERRORS = 10.0
 _COMPARED = 40
 _TIMES = 64
 #: A motion goes on if in the end its distance from the last orbit shrinks by so much from one start to the next but one, a
-#: hundred times nearer to the boundary (by 0.1 where it goes like the root), and at each of both, and jumps if it keeps this part of it.
+#: hundred times nearer to the boundary (by 0.1 where it goes like the root), and at each of both, and jumps if it keeps this part
+#: of it.
 _SHRINKS = 0.3
 _EACH = 0.6
 _STAYS = 0.5

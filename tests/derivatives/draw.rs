@@ -109,7 +109,7 @@ pub fn drawn(random: &mut Random) -> Case {
     let law = random.of(&[Reaction::Inertia, Reaction::Inertia, Reaction::Coordinate]);
     let inverse = mass.clone().try_inverse().expect("regular");
     let struck = if is_apart { n - 1 } else { n };
-    for j in 0..1 + random.below(3) {
+    for j in 0..=random.below(3) {
         let mut normal = DVector::zeros(n);
         let is_upper = j < 2 && random.chance(70);
         normal[j % struck] = if is_upper { 1.0 } else { -1.0 };

@@ -256,8 +256,8 @@ impl Twin {
         }
         let along = |row: &DVector<f64>| -> Vec<f64> { terms.iter().map(|z| row.dot(z)).collect() };
         let mut first: Option<(f64, Happening)> = None;
-        let mut note = |at: Option<f64>, what: Happening| {
-            if let Some(at) = at.filter(|at| first.is_none_or(|own| *at < own.0)) {
+        let mut note = |at: f64, what: Happening| {
+            if at < first.map_or(f64::INFINITY, |own| own.0) {
                 first = Some((at, what));
             }
         };
@@ -313,8 +313,9 @@ fn value(series: &[f64], x: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, term| sum * x + term)
 }
 
-/// The first zero of a power series that is positive at first, within a span; `None` where it comes near zero without a crossing.
-fn first_root(series: &[f64], span: f64, has_begun: bool) -> Option<Option<f64>> {
+/// The first zero of a power series that is positive at first, within a span, infinite where there is none; `None` where it comes
+/// near zero without a crossing.
+fn first_root(series: &[f64], span: f64, has_begun: bool) -> Option<f64> {
     let fine = (1..40).rev().map(|k| span * 0.5f64.powi(k));
     let mut grid: Vec<f64> = std::iter::once(0.0)
         .chain(fine.filter(|_| !has_begun))
@@ -335,7 +336,7 @@ fn first_root(series: &[f64], span: f64, has_begun: bool) -> Option<Option<f64>>
     };
     for k in 1..grid.len() {
         if at[k] <= 0.0 {
-            return Some(Some(bisected(grid[k - 1], grid[k])));
+            return Some(bisected(grid[k - 1], grid[k]));
         }
         let is_dip = k + 1 < grid.len() && at[k] < at[k - 1] && at[k] < at[k + 1];
         if is_dip {
@@ -343,19 +344,19 @@ fn first_root(series: &[f64], span: f64, has_begun: bool) -> Option<Option<f64>>
             for _ in 0..100 {
                 let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
                 if value(series, a) < value(series, b) {
-                    high = b
+                    high = b;
                 } else {
-                    low = a
+                    low = a;
                 }
             }
             let least = value(series, low);
             if least <= -NEAR {
-                return Some(Some(bisected(grid[k - 1], low)));
+                return Some(bisected(grid[k - 1], low));
             }
             if least < NEAR {
                 return None;
             }
         }
     }
-    Some(None)
+    Some(f64::INFINITY)
 }

@@ -791,7 +791,7 @@ def born_from(orbit, between, depth):
 
 
 def test_an_orbit_at_a_value_is_one_of_that_value():
-    """Its scene has the value, whatever lies between the points: the branches begin at boundaries, next to which they turn sharply."""
+    """Its scene has the value, whatever lies between the points: the branches begin at boundaries and turn sharply there."""
     scene = coupled(2.220121579365262).replace(phase=1.1248965871357546)
     guess = ([-0.10207070952211138, -0.2849433483388223], [-0.053685485848322945, 0.12338877575763393])
     first = vi.find_orbit(scene, guess, 1)
@@ -809,7 +809,7 @@ def test_an_orbit_at_a_value_is_one_of_that_value():
 
 @pytest.mark.parametrize("seed", range(8))
 def test_passages_of_a_fold_have_the_values_that_are_asked_for(seed):
-    """Of one mass before a stop at both passages of its fold, near it too: the scene has the value, and the motion closes in it."""
+    """Of one mass before a stop at both passages of its fold, near it too: the scene has the value, the motion closes in it."""
     rng = np.random.default_rng(seed)
     damping, restitution, clearance = rng.uniform(0.05, 0.3), rng.uniform(0.4, 0.95), -rng.uniform(0.2, 1.0)
     frequency = rng.uniform(2.1, 2.9)

@@ -255,7 +255,7 @@ fn body(random: &mut Random, is_free: bool) -> Case {
     };
     let mut faces = vec![Face::Floor { height: 0.0 }];
     if is_free {
-        for _ in 0..1 + random.below(2) {
+        for _ in 0..=random.below(2) {
             let radius = size * random.between(0.2, 0.8);
             let centre = [
                 size * random.between(-2.0, 2.0),
@@ -284,7 +284,7 @@ fn body(random: &mut Random, is_free: bool) -> Case {
     for face in faces {
         let is_floor = matches!(face, Face::Floor { .. });
         for k in 0..corners {
-            let angle = std::f64::consts::TAU * k as f64 / corners as f64;
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(corners);
             let body = if is_free {
                 Body::Free { arm, angle }
             } else {

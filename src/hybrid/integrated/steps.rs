@@ -373,12 +373,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.grazes.clear();
         self.doubt = None;
         self.forget_extents();
-        let kind = if IS_HELD {
-            SegmentKind::Stick
-        } else {
-            SegmentKind::Flight
-        };
-        recorder.begin_segment(kind, &self.held);
+        recorder.begin_segment(kind_of_segment(IS_HELD), &self.held);
         let end = self.clock.after(span);
         let mut steps = observer.steps(self.work_of_step());
         let mut orders = Some(orders);
@@ -418,11 +413,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     self.h = Some(shorter);
                     continue;
                 }
-                FirstRoot::Undecided { .. } => match self.doubt {
-                    Some(_) => break self.given_up(),
-                    None => None,
-                },
-                FirstRoot::None => None,
+                FirstRoot::Undecided { .. } if self.doubt.is_some() => break self.given_up(),
+                FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
             let FirstEvent { stop, root } = if IS_HELD {
@@ -541,5 +533,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 recorder.graze(graze);
             }
         }
+    }
+}
+
+fn kind_of_segment(is_held: bool) -> SegmentKind {
+    if is_held {
+        SegmentKind::Stick
+    } else {
+        SegmentKind::Flight
     }
 }
