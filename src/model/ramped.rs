@@ -19,6 +19,7 @@ use crate::model::twice::Twice;
 use crate::observer::ObserverFn;
 use nalgebra::{Complex, DVector};
 use std::cell::RefCell;
+use std::f64::consts::PI;
 
 /// What of a scene drifts over a span of time.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -116,8 +117,14 @@ struct Sweep<'a, 'o> {
 
 impl Sweep<'_, '_> {
     fn angle(&self, part: &Forcing, t: f64) -> Swept {
-        let own = part.own_angle().unwrap_or((self.lowest, 0.0));
-        self.drift.angle(own, self.lowest, t)
+        let (frequency, phase) = part.own_angle().unwrap_or((self.lowest, 0.0));
+        // Whole turns would take digits.
+        let phase = if phase.abs() > PI {
+            Complex::cis(phase).arg()
+        } else {
+            phase
+        };
+        self.drift.angle((frequency, phase), self.lowest, t)
     }
 
     /// A value of time, its terms of a size at either end of the span, of which they have their largest: of an angle that is known to its
