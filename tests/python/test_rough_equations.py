@@ -10,7 +10,7 @@ W = 0.8
 PERIOD = 2 * np.pi / W
 
 
-def orbit_of(acceleration, n=1, jacobian=None, force=None, periods=60, **options):
+def orbit_of(acceleration, n=1, jacobian=None, force=None, periods=20, **options):
     """The orbit that a forced system settles on from rest."""
     system = vi.NonlinearSystem(n, acceleration, mass=np.eye(n), jacobian=jacobian, **options)
     scene = vi.Scene(system, vi.Harmonic([1.0, *[0.3] * (n - 1)] if force is None else force, W))
@@ -82,7 +82,7 @@ def test_a_force_that_jumps_has_no_multipliers_or_the_right_ones():
     def acceleration(t, q, v):
         return np.array([-0.1 * v[0] - q[0] - pushed(q[0] - 0.5, v[0])])
 
-    orbit = orbit_of(acceleration, periods=150)
+    orbit = orbit_of(acceleration, periods=40)
     # By events and differences of SciPy, and by differences of runs.
     found = orbit.floquet_multipliers
     if found is not None:
@@ -90,7 +90,7 @@ def test_a_force_that_jumps_has_no_multipliers_or_the_right_ones():
     else:
         assert "the acceleration jumps" in orbit.stability.reason
         assert orbit.is_stable is None
-    exponents = vi.lyapunov_exponents(orbit.scene, orbit.q0, orbit.v0, (0, 60 * PERIOD), skip=5 * PERIOD)
+    exponents = vi.lyapunov_exponents(orbit.scene, orbit.q0, orbit.v0, (0, 40 * PERIOD), skip=5 * PERIOD)
     if np.isfinite(exponents.exponents).any():
         np.testing.assert_allclose(exponents.exponents, np.log(0.0805241) / (2 * PERIOD), atol=2e-3)
     else:
@@ -98,7 +98,7 @@ def test_a_force_that_jumps_has_no_multipliers_or_the_right_ones():
         assert exponents.verdict == "undecided"
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_piecewise_linear_oscillators_are_known_by_saltation(seed):
     """Springs and dampers that set in at a place: of a spring the force is continuous, of a damper it jumps."""
     rng = np.random.default_rng(seed)
@@ -112,7 +112,7 @@ def test_piecewise_linear_oscillators_are_known_by_saltation(seed):
         def acceleration(t, q, v, smooth=smooth, at=at):
             return smooth(t, np.array([q[0], v[0]]), [q[0] > at])[1:] - np.cos(W * t)
 
-        orbit = orbit_of(acceleration, periods=80)
+        orbit = orbit_of(acceleration)
         start = np.concatenate([orbit.q0, orbit.v0])
         surface = [(lambda x, at=at: x[0] - at, np.array([1.0, 0.0]))]
         expected = with_events(smooth, surface, start, orbit.phase / W, jump=True)
@@ -131,7 +131,7 @@ def test_jumps_in_time_alone_are_no_reason():
     np.testing.assert_allclose(orbit.floquet_multipliers, given.floquet_multipliers, atol=1e-8)
 
 
-@pytest.mark.parametrize("width", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
+@pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-5, 1e-6, 1e-8])
 def test_steep_friction_has_the_multipliers_of_its_own_jacobian(width):
     def acceleration(t, q, v):
         return -q - 0.1 * v - 0.3 * np.tanh(v / width)
@@ -151,7 +151,7 @@ def test_steep_friction_has_the_multipliers_of_its_own_jacobian(width):
     np.testing.assert_allclose(found.floquet_multipliers, given.floquet_multipliers, atol=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_smooth_equations_stay_defined(seed):
     """Random smooth systems, stiff ones and such in small units among them: differences are right, and nothing is doubted."""
     rng = np.random.default_rng(100 + seed)
