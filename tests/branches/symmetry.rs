@@ -398,10 +398,13 @@ fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
             "{stiffness}"
         );
         assert!(pitchforks(&branch).is_empty(), "{stiffness}");
-        for (orbit, factor) in branch.orbits.iter().zip(&branch.parameter) {
-            let own = Sprung { h, stiffness, room };
-            let off = own.missed(orbit, (0.5 * factor * room / reach, w));
-            assert!(off < 1e-6, "{stiffness}, {factor}: {off:e}");
+        for (k, (orbit, factor)) in branch.orbits.iter().zip(&branch.parameter).enumerate() {
+            // The twin takes short steps, for its error at the spring: it looks at some of them.
+            if k % 6 == 0 {
+                let own = Sprung { h, stiffness, room };
+                let off = own.missed(orbit, (0.5 * factor * room / reach, w));
+                assert!(off < 1e-6, "{stiffness}, {factor}: {off:e}");
+            }
             let [far, back] = [1.0, -1.0].map(|side| {
                 let times = (0..400).map(|k| orbit.period() * f64::from(k) / 400.0);
                 times
