@@ -6,8 +6,8 @@ use crate::model::chebyshev::{GOLDEN, NODES, PLACES, Piece, coefficients, line, 
 use crate::observer::{Observer, ObserverFn};
 use crate::tolerance::{FUNCTION_TOL, MOST_PIECES};
 
-/// Pieces up to this part of the way between two breaks, where halves of it have led to a corner, are straight lines: high powers would have
-/// no digits.
+/// Pieces up to this part of the way between two breaks, where halves of it have led to a corner, may be straight lines: high powers would
+/// have no digits.
 const CORNER: f64 = 1.0 / 67_108_864.0;
 /// How much farther a line may be off a corner than at the places that are looked at: a tip between an end and the next place.
 const TIP: f64 = 2.0;
@@ -217,24 +217,29 @@ impl Pieces<'_, '_> {
             let last_places = LAST_PLACES * f64::EPSILON * start.abs().max(end.abs());
             (last_places * steepest).min(MOST_BY_TIME * self.largest)
         };
-        let allowed =
-            self.layout.known_to.max(FUNCTION_TOL * self.largest) + by_time(part.start, part.end);
+        let (last_places, least) = (by_time(part.start, part.end), FUNCTION_TOL * self.largest);
+        let allowed = self.layout.known_to.max(least) + last_places;
         let rounding = if self.layout.known_to > 0.0 {
             ROUGHEST * self.largest
         } else {
             by_time(self.layout.span.0, self.layout.span.1)
         };
-        let is_line = part.end - part.start <= CORNER * part.way;
-        let c = if is_line {
-            line(&piece.values)
-        } else {
-            coefficients(&piece.values[..NODES])
-        };
-        // The tip of a corner may lie between two places.
-        let beside = if is_line { TIP } else { 1.0 };
-        let miss = beside * piece.miss(&c).max(self.missed_looks(part, &c));
-        let is_rough = miss > ROUGH * part.missed && miss <= rounding;
-        (miss, (is_rough || miss <= allowed).then_some(c))
+        let is_short = part.end - part.start <= CORNER * part.way;
+        // The tip of a corner may lie between two places, and high powers see less of it; below the last places of the time there is none.
+        let has_tip = is_short && last_places < least;
+        let beside = if has_tip { TIP } else { 1.0 };
+        let lines = is_short.then(|| line(&piece.values));
+        let curves = (!has_tip).then(|| coefficients(&piece.values[..NODES]));
+        let mut smallest = f64::INFINITY;
+        for c in lines.into_iter().chain(curves) {
+            let miss = beside * piece.miss(&c).max(self.missed_looks(part, &c));
+            let is_rough = miss > ROUGH * part.missed && miss <= rounding;
+            if is_rough || miss <= allowed {
+                return (miss, Some(c));
+            }
+            smallest = smallest.min(miss);
+        }
+        (smallest, None)
     }
 
     fn lay_out(&mut self) -> Result<Vec<PolynomialPiece>> {

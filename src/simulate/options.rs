@@ -190,7 +190,7 @@ impl Status {
     }
 }
 
-/// What a run did, counted.
+/// What a run did, counted, and its absolute tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stats {
     /// Evaluations of the right-hand side; none in exact flights.
