@@ -92,7 +92,7 @@ REST = (
     ),
     Change(
         LOOP,
-        "            return self.come_to_rest(system, record);",
+        "            return self.come_to_rest(system, t_end, record);",
         f"            {NEVER};",
     ),
     Change(

@@ -25,9 +25,9 @@ KEPT = (
     ),
     Change(steps.SERIES, "        system.record_series(series, step.span, is_last.then_some(last), recorder);", ""),
     Change(
-        steps.STEPS,
-        "        let Some(s) = landed else {\n            return Ok(Arrival::Underflow);\n        };\n",
-        "        let Some(s) = landed else {\n            return Ok(Arrival::Underflow);\n        };\n",
+        steps.LANDING,
+        "            self.note_extent(stop, s, self.ahead[stop].speed);\n        }\n",
+        "            self.note_extent(stop, s, self.ahead[stop].speed);\n        }\n",
         "        self.arrive(s);",
     ),
 )

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 from report.cost.bare.change import NEVER, Change
 
-SCENE, STEPS, SERIES = (
+SCENE, STEPS, LANDING, SERIES = (
     "src/hybrid/integrated/scene.rs",
     "src/hybrid/integrated/steps.rs",
+    "src/hybrid/integrated/landing.rs",
     "src/hybrid/integrated/series.rs",
 )
 DYNAMICS, MOTION, MOMENT = "src/model/dynamics.rs", "src/model/scene_motion.rs", "src/model/moment.rs"
@@ -57,7 +58,12 @@ STOPS = (
         "        let contacts = Arc::new(contacts(scene));",
         "        assert!(scene.stops().is_empty());\n        let contacts = Arc::new(contacts(scene));",
     ),
-    Change(STEPS, "        self.grazes.clear();\n        self.forget_extents();\n", f"        {NEVER}\n", "    }\n}\n"),
+    Change(
+        STEPS,
+        "        self.grazes.clear();\n        self.doubt = None;\n        self.forget_extents();\n",
+        f"        {NEVER}\n",
+        "    }\n}\n",
+    ),
     Change(
         SERIES,
         "        loop {\n            steps.begin()?;\n            let arrival = search.step_on(",
