@@ -6,7 +6,7 @@ use crate::hybrid::chatter_map::{NO_REST, complete, finish};
 use crate::hybrid::{IntegratedMaps, SegmentKind, Timed, joined, land};
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, OF_INTEGRATED, ScaledUnits, Shooting, Signature, instants_of,
+    ContactStage, Event, OF_INTEGRATED, ScaledUnits, Shooting, Signature, instants_of, largest_of,
     with_shooting,
 };
 use crate::simulate::{ImpactSide, Trajectory};
@@ -146,7 +146,9 @@ impl Course {
             };
             let mut there = state.clone();
             (shooting.motion).flow(&held, (start, to), &mut there, &mut jacobian)?;
-            if self.growth(&jacobian) > MOST_GROWTH && length > whole * 0.5f64.powi(MOST_CUTS) {
+            if self.units.scaled(&jacobian).amax() > MOST_GROWTH
+                && length > whole * 0.5f64.powi(MOST_CUTS)
+            {
                 length *= 0.5;
                 continue;
             }
@@ -168,19 +170,6 @@ impl Course {
             (start, state) = (to, there);
             length *= 2.0;
         }
-    }
-
-    /// The largest entry of a Jacobian, in parts of the motion.
-    fn growth(&self, jacobian: &DMatrix<f64>) -> f64 {
-        let n = jacobian.nrows() / 2;
-        let unit = |i: usize| [self.units.position, self.units.velocity][usize::from(i >= n)];
-        let mut largest = 0.0f64;
-        for (j, column) in jacobian.column_iter().enumerate() {
-            for (i, entry) in column.iter().enumerate() {
-                largest = largest.max(entry.abs() * unit(j) / unit(i));
-            }
-        }
-        largest
     }
 
     /// Adds the impacts that accumulate from a state before the first of them, with the flights between; what is left of them is the last event.
@@ -335,14 +324,8 @@ fn units<'a>(
     }
     // Without a period the time in which it goes as far as it goes: it may last much longer.
     let (first, end) = run.span();
-    let largest = |half: usize| {
-        let sizes = states.clone().map(|x| {
-            let n = x.len() / 2;
-            x.rows(half * n, n).amax()
-        });
-        sizes.fold(0.0, f64::max)
-    };
-    let time = largest(0) / largest(1);
+    let [position, velocity] = largest_of(states.clone());
+    let time = position / velocity;
     let whole = end - first;
     let is_time = time > 0.0 && TAU * time < whole;
     ScaledUnits::of(states, if is_time { TAU * time } else { whole })

@@ -48,9 +48,6 @@ impl Settled {
             let range = from..from + len;
             from += len;
             let (size, beyond) = found.largest(range.clone());
-            if beyond == 0.0 && own.is_some() {
-                continue;
-            }
             let unknown = self.unknown * unit / stencil.step;
             let part = |of: f64| if of > 0.0 { of / size } else { 0.0 };
             let misfit = part(beyond - unknown);

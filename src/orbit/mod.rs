@@ -19,6 +19,7 @@ mod pulse_count;
 mod pulse_kernel;
 mod pulses;
 mod saved;
+mod scaled_units;
 mod search;
 mod shooting;
 mod solutions;
@@ -49,9 +50,8 @@ pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use pulse_kernel::{Kernel, LinearisedPulses};
 pub(crate) use pulses::{PulseTrain, Pulses};
-pub(crate) use shooting::closure::{
-    Clocked, OF_INTEGRATED, Shooting, ShootingState, Units as ScaledUnits,
-};
+pub(crate) use scaled_units::{ScaledUnits, largest_of};
+pub(crate) use shooting::closure::{Clocked, OF_INTEGRATED, Shooting, ShootingState};
 pub(crate) use shooting::find::{begun, check_landings};
 pub(crate) use shooting::guess_instants::instants_of;
 pub(crate) use shooting::legs::{Leg, legs, struck_in_order};

@@ -3,7 +3,7 @@
 
 use crate::orbit::pulse_kernel::Kernel;
 use crate::orbit::pulses::{PulseTrain, Pulses};
-use crate::orbit::shooting::closure::Units;
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::MARGINAL;
 use nalgebra::Complex;
 use std::f64::consts::PI;
@@ -25,7 +25,7 @@ const MOST_SECANTS: usize = 30;
 impl Pulses {
     /// How many multipliers lie outside the unit circle by more than a margin; `None` where the determinant is too near to zero there, or turns
     /// too fast.
-    pub fn n_outside(&self, train: &PulseTrain, units: &Units, margin: f64) -> Option<usize> {
+    pub fn n_outside(&self, train: &PulseTrain, units: &ScaledUnits, margin: f64) -> Option<usize> {
         if self.len() == 0 {
             // Those of the modes, which decay.
             return Some(0);
@@ -70,7 +70,7 @@ impl Pulses {
 
     /// The multiplier on the upper half of the unit circle, where one is: from points of the circle at which the determinant, without the poles
     /// that the modes give it, is less than at their neighbours, by the method of the secant; the one that is nearest to the circle.
-    pub fn on_circle(&self, train: &PulseTrain, units: &Units) -> Option<Complex<f64>> {
+    pub fn on_circle(&self, train: &PulseTrain, units: &ScaledUnits) -> Option<Complex<f64>> {
         let (kernel, modes) = self.near_circle(train);
         let at = |point: Complex<f64>| {
             let own = kernel.equations(self, units, point).determinant();
@@ -154,7 +154,7 @@ mod tests {
                     let pulses = Pulses::new(&scene, &modal, (&signature.stages, period), None);
                     let pulses = pulses.expect("its modes decay");
                     let train = pulses.train(&state.times, &state.states);
-                    let units = Units {
+                    let units = ScaledUnits {
                         position: 1.0,
                         velocity: 1.0,
                         time: period / TAU,

@@ -5,7 +5,7 @@ use crate::flow::along;
 use crate::linalg::plane::{Pair, times};
 use crate::modal::ModalState;
 use crate::orbit::pulses::{Hit, PulseTrain, Pulses};
-use crate::orbit::shooting::closure::Units;
+use crate::orbit::scaled_units::ScaledUnits;
 use nalgebra::{ComplexField, DMatrix, DVector};
 
 /// The equations of a train linearised: `rows xi = right`, impulses before times.
@@ -17,7 +17,7 @@ pub(crate) struct LinearisedPulses {
 
 impl Pulses {
     /// The equations about a train, changes of speeds in the unit of speeds.
-    pub fn linearised(&self, train: &PulseTrain, units: &Units) -> LinearisedPulses {
+    pub fn linearised(&self, train: &PulseTrain, units: &ScaledUnits) -> LinearisedPulses {
         let before = self.before(train);
         let right = self.right(train, &before, units);
         let mismatch = right.iter().fold(0.0f64, |worst, lacks| {
@@ -120,7 +120,7 @@ impl Kernel {
     pub fn equations<T: ComplexField<RealField = f64>>(
         &self,
         pulses: &Pulses,
-        units: &Units,
+        units: &ScaledUnits,
         multiplier: T,
     ) -> DMatrix<T> {
         let count = pulses.len();

@@ -12,7 +12,7 @@ use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::closure::Units;
+use crate::orbit::scaled_units::ScaledUnits;
 use nalgebra::{Complex, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -338,7 +338,7 @@ impl Pulses {
     }
 
     /// What a train lacks, negative.
-    pub fn lacking(&self, train: &PulseTrain, units: &Units) -> DVector<f64> {
+    pub fn lacking(&self, train: &PulseTrain, units: &ScaledUnits) -> DVector<f64> {
         self.right(train, &self.before(train), units)
     }
 
@@ -347,7 +347,7 @@ impl Pulses {
         &self,
         train: &PulseTrain,
         before: &[ModalState],
-        units: &Units,
+        units: &ScaledUnits,
     ) -> DVector<f64> {
         let count = self.len();
         let mut right = DVector::zeros(2 * count);

@@ -3,7 +3,8 @@
 
 use crate::error::Result;
 use crate::hybrid::Timed;
-use crate::orbit::shooting::closure::{Clocked, Shooting, ShootingState, Units};
+use crate::orbit::scaled_units::ScaledUnits;
+use crate::orbit::shooting::closure::{Clocked, Shooting, ShootingState};
 use nalgebra::{DMatrix, DVector};
 
 /// A flight and the instant at its end: what is behind that, and the condition of the instant with what deviations make of it.
@@ -49,7 +50,7 @@ impl Shooting<'_> {
     pub(super) fn carried(
         &self,
         k: usize,
-        (state, units): (&ShootingState, &Units),
+        (state, units): (&ShootingState, &ScaledUnits),
         mut deviations: DMatrix<f64>,
     ) -> Result<Carried> {
         let (two_n, unknowns) = (deviations.nrows(), deviations.ncols() - 1);
@@ -89,7 +90,7 @@ impl Shooting<'_> {
         &self,
         map: &FlightMap,
         k: usize,
-        (state, units): (&ShootingState, &Units),
+        (state, units): (&ShootingState, &ScaledUnits),
         deviations: &DMatrix<f64>,
     ) -> Result<Carried> {
         let mut y = self.flown(k, state)?;

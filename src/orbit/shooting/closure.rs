@@ -15,6 +15,7 @@ use crate::hybrid::{GapAt, HybridMaps, Timed};
 use crate::model::DIFFERENCE;
 use crate::observer::unless_broken_off;
 use crate::orbit::contact_mode::{ContactStage, Event};
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 
@@ -84,36 +85,6 @@ pub(crate) struct Shooting<'a> {
 pub(crate) const OF_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
 /// Of integrated ones those that their errors leave.
 pub(crate) const OF_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
-
-/// Units in which mismatches and corrections are measured.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Units {
-    pub position: f64,
-    pub velocity: f64,
-    pub time: f64,
-}
-
-impl Units {
-    /// Those of a motion that goes through some states in a period.
-    pub fn of<'a>(states: impl Iterator<Item = &'a DVector<f64>> + Clone, period: f64) -> Self {
-        let largest = |half: usize| {
-            let sizes = states.clone().map(|x| {
-                let n = x.len() / 2;
-                x.rows(half * n, n).amax()
-            });
-            sizes.fold(0.0, f64::max)
-        };
-        let time = period / std::f64::consts::TAU;
-        let (position, velocity) = (largest(0), largest(1));
-        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
-        let position = or_one(position.max(velocity * time));
-        Self {
-            position,
-            velocity: or_one(velocity.max(position / time)),
-            time,
-        }
-    }
-}
 
 impl Shooting<'_> {
     fn event(&self, k: usize) -> &Event {
@@ -185,7 +156,7 @@ impl Shooting<'_> {
     pub(crate) fn pass(
         &self,
         k: usize,
-        units: &Units,
+        units: &ScaledUnits,
         y: &mut Timed,
     ) -> Result<(Vec<f64>, Option<Chatter>)> {
         Ok(match self.event(k) {
@@ -206,7 +177,7 @@ impl Shooting<'_> {
     pub(crate) fn condition(
         &self,
         k: usize,
-        units: &Units,
+        units: &ScaledUnits,
         y: &Timed,
     ) -> Result<Option<(f64, DVector<f64>)>> {
         match *self.event(k) {
@@ -265,7 +236,7 @@ impl Shooting<'_> {
         Ok(y)
     }
 
-    pub(crate) fn units(&self, state: &ShootingState) -> Result<Units> {
+    pub(crate) fn units(&self, state: &ShootingState) -> Result<ScaledUnits> {
         // Behind impacts that take all speed the states may all be zero but for rounding; the ends of the flights are not.
         let end = |k: usize| Ok(self.flown(k, state)?.state);
         let ends: Vec<DVector<f64>> = (0..state.states.len()).map(end).collect::<Result<_>>()?;
@@ -273,14 +244,14 @@ impl Shooting<'_> {
             Clocked::Forced { period } => period,
             Clocked::Free => state.times[state.times.len() - 1] - state.times[0],
         };
-        Ok(Units::of(state.states.iter().chain(&ends), period))
+        Ok(ScaledUnits::of(state.states.iter().chain(&ends), period))
     }
 
     /// The ends of all flights.
     pub(crate) fn flight_ends(
         &self,
         state: &ShootingState,
-        units: &Units,
+        units: &ScaledUnits,
     ) -> Result<Vec<FlightEnd>> {
         (0..state.states.len())
             .map(|k| {
@@ -297,7 +268,7 @@ impl Shooting<'_> {
     }
 
     /// The largest of all gaps at impacts and of all jumps between flights, in their units.
-    pub(crate) fn mismatch(&self, state: &ShootingState, units: &Units) -> Result<f64> {
+    pub(crate) fn mismatch(&self, state: &ShootingState, units: &ScaledUnits) -> Result<f64> {
         let mut worst = Mismatch::default();
         for k in 0..state.states.len() {
             for stop in self.newly_struck(k) {
@@ -319,7 +290,7 @@ impl Shooting<'_> {
     pub(super) fn note_jump(
         &self,
         k: usize,
-        (state, units): (&ShootingState, &Units),
+        (state, units): (&ShootingState, &ScaledUnits),
         y: &Timed,
         worst: &mut Mismatch,
     ) -> Result<()> {

@@ -3,7 +3,8 @@
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
 use crate::model::Scene;
-use crate::orbit::shooting::closure::{ShootingState, Units};
+use crate::orbit::scaled_units::ScaledUnits;
+use crate::orbit::shooting::closure::ShootingState;
 use nalgebra::DVector;
 
 /// What opposite sides may differ by, relative.
@@ -19,7 +20,7 @@ fn are_opposite(a: &DVector<f64>, b: &DVector<f64>) -> bool {
 pub(crate) fn images(
     motion: &dyn HybridMaps,
     scene: &Scene,
-    units: &Units,
+    units: &ScaledUnits,
     state: &ShootingState,
 ) -> Result<Option<Vec<usize>>> {
     // Without forcing nothing depends on time.

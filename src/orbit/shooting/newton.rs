@@ -4,9 +4,10 @@ use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
 use crate::observer::stop_if;
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::carried::{Carried, FlightMap};
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState, Units,
+    Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState,
 };
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector};
@@ -126,7 +127,7 @@ impl Shooting<'_> {
     }
 
     /// Whether the equations about a loop are singular but for a small part: two motions of the pattern meet nearby.
-    fn is_near_fold(&self, state: &ShootingState, units: &Units) -> Result<bool> {
+    fn is_near_fold(&self, state: &ShootingState, units: &ScaledUnits) -> Result<bool> {
         let Ok(equations) = self.linearised(state, units) else {
             return Ok(false);
         };
@@ -140,7 +141,11 @@ impl Shooting<'_> {
 
     /// The equations about a loop. The corrections of all states follow from that of the first one and from those of the
     /// times, `xi`, so that these alone are solved for.
-    pub(crate) fn linearised(&self, state: &ShootingState, units: &Units) -> Result<Linearised> {
+    pub(crate) fn linearised(
+        &self,
+        state: &ShootingState,
+        units: &ScaledUnits,
+    ) -> Result<Linearised> {
         self.equations(state, units, self.n_unknowns(state), &[])
     }
 
@@ -149,7 +154,7 @@ impl Shooting<'_> {
     pub(crate) fn lacking(
         &self,
         state: &ShootingState,
-        units: &Units,
+        units: &ScaledUnits,
         beside: &Linearised,
     ) -> Result<Linearised> {
         self.equations(state, units, 0, &beside.flights)
@@ -164,7 +169,7 @@ impl Shooting<'_> {
     fn equations(
         &self,
         state: &ShootingState,
-        units: &Units,
+        units: &ScaledUnits,
         unknowns: usize,
         known: &[Option<FlightMap>],
     ) -> Result<Linearised> {
@@ -252,7 +257,7 @@ impl Shooting<'_> {
     }
 
     /// What the unknowns make of the time of instant k.
-    pub(super) fn shift(&self, k: usize, unknowns: usize, units: &Units) -> DVector<f64> {
+    pub(super) fn shift(&self, k: usize, unknowns: usize, units: &ScaledUnits) -> DVector<f64> {
         let mut delays = DVector::zeros(unknowns + 1);
         if let Some(j) = self.time_index(k).filter(|_| unknowns > 0) {
             delays[unknowns - self.n_times() + j] = units.time;
@@ -265,7 +270,7 @@ impl Shooting<'_> {
         &self,
         (state, mismatch): (&ShootingState, f64),
         correction: &ShootingState,
-        units: &Units,
+        units: &ScaledUnits,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<(ShootingState, f64)>> {
         // What is closed is only polished.

@@ -6,57 +6,23 @@ use crate::hybrid::{HybridMaps, SegmentKind};
 use crate::modal::ModalState;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::FLIGHTS_CLOSED;
 use nalgebra::{DMatrix, DVector};
 
-/// Sizes of positions and velocities.
-#[derive(Debug, Clone, Copy)]
-struct Size {
-    position: f64,
-    velocity: f64,
+/// A difference of states in parts of units; what is no number is beyond all.
+fn part(units: ScaledUnits, by: &DVector<f64>) -> f64 {
+    let n = by.len() / 2;
+    let both = by.rows(0, n).amax() / units.position;
+    let both = both.max(by.rows(n, n).amax() / units.velocity);
+    let is_known = by.iter().all(|x| x.is_finite());
+    if is_known { both } else { f64::INFINITY }
 }
 
-impl Size {
-    /// Those of some states in a period, or as large as others.
-    fn of(states: &[DVector<f64>], period: f64, least: [f64; 2]) -> Self {
-        let rate = std::f64::consts::TAU / period;
-        let largest = |half: usize| {
-            let sizes = states.iter().map(|x| {
-                let n = x.len() / 2;
-                x.rows(half * n, n).amax()
-            });
-            sizes.fold(least[half], f64::max)
-        };
-        let (position, velocity) = (largest(0), largest(1));
-        Self {
-            position: position.max(velocity / rate),
-            velocity: velocity.max(position * rate),
-        }
-    }
-
-    /// A difference of states in parts of them; what is no number is beyond all.
-    fn part(self, by: &DVector<f64>) -> f64 {
-        let n = by.len() / 2;
-        let part = |half: usize, size: f64| {
-            let off = by.rows(half * n, n).amax();
-            if off == 0.0 { 0.0 } else { off / size }
-        };
-        let both = part(0, self.position).max(part(1, self.velocity));
-        let is_known = by.iter().all(|x| x.is_finite());
-        if is_known { both } else { f64::INFINITY }
-    }
-
-    /// What a Jacobian makes of a deviation at the most.
-    fn growth(self, jacobian: &DMatrix<f64>) -> f64 {
-        let n = jacobian.nrows() / 2;
-        let unit = |i: usize| if i < n { self.position } else { self.velocity };
-        let rows = jacobian.row_iter().enumerate().map(|(i, row)| {
-            let each = row.iter().enumerate();
-            each.map(|(j, x)| (x * unit(j) / unit(i)).abs())
-                .sum::<f64>()
-        });
-        rows.fold(1.0, f64::max)
-    }
+/// What a Jacobian makes of a deviation at the most.
+fn growth(units: ScaledUnits, jacobian: &DMatrix<f64>) -> f64 {
+    let scaled = units.scaled(jacobian).abs();
+    scaled.row_iter().map(|row| row.sum()).fold(1.0, f64::max)
 }
 
 /// By how much a motion misses its own ends, in parts of its size or of some units of positions and velocities, where that is more than rounding
@@ -72,11 +38,7 @@ pub(in crate::orbit) fn missed<M: HybridMaps>(
     let after: Vec<DVector<f64>> = flights.iter().map(|own| state(&own.after)).collect();
     let before: Vec<DVector<f64>> = flights.iter().map(|own| state(&own.before_next)).collect();
     let period = flights.iter().map(|flight| flight.span).sum();
-    let size = Size::of(
-        &[after.as_slice(), before.as_slice()].concat(),
-        period,
-        least,
-    );
+    let units = ScaledUnits::no_less(least, after.iter().chain(&before), period);
     let is_rest = |flight: &Flight| flight.mode.kind == SegmentKind::Chatter;
     let mut worst = 0.0f64;
     let mut instant = 0;
@@ -94,10 +56,10 @@ pub(in crate::orbit) fn missed<M: HybridMaps>(
             continue;
         }
         if !is_rest(next) {
-            let jump = size.part(&(y - &after[(k + 1) % flights.len()]));
+            let jump = part(units, &(y - &after[(k + 1) % flights.len()]));
             worst = worst.max(if jump > FLIGHTS_CLOSED { jump } else { 0.0 });
         }
-        let off = size.part(&(once_more(k)? - &before[k]));
+        let off = part(units, &(once_more(k)? - &before[k]));
         if off > FLIGHTS_CLOSED {
             let mut jacobian = DMatrix::identity(before[k].len(), before[k].len());
             let span = (flight.start, end);
@@ -107,7 +69,7 @@ pub(in crate::orbit) fn missed<M: HybridMaps>(
                 &mut after[k].clone(),
                 &mut jacobian,
             )?;
-            let explained = FLIGHTS_CLOSED * size.growth(&jacobian);
+            let explained = FLIGHTS_CLOSED * growth(units, &jacobian);
             worst = worst.max(if off > explained { off } else { 0.0 });
         }
     }
