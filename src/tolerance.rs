@@ -112,6 +112,8 @@ pub(crate) const ROUGH_JACOBIAN: f64 = 1e-6;
 /// Part of their sizes by which differences of an acceleration to both sides may differ unless a shorter step is asked: the mean of both is
 /// then off by the square of that.
 pub(crate) const BENT: f64 = 1e-4;
+/// Roundings of a value that are in the difference of two.
+pub(crate) const ROUNDINGS: f64 = 16.0;
 /// Part of their sizes up to which differences of two lengths are the same: what `BENT` makes of them.
 pub(crate) const SAME_DIFFERENCE: f64 = 1e-8;
 /// Part of their sizes above which differences of no two lengths agree: of the longer, on a rough function, a sixteenth of that is not known.

@@ -2,6 +2,7 @@
 //! of which is differentiated by itself.
 
 use crate::error::{Error, Result};
+use crate::flow::differences::Watch;
 use crate::hybrid::chatter_map::{NO_REST, complete, finish};
 use crate::hybrid::{IntegratedMaps, SegmentKind, Timed, joined, land};
 use crate::model::Scene;
@@ -76,6 +77,7 @@ impl Course {
                 stages,
                 n_periods: 1,
                 depends_on_time: false,
+                size: units.smaller(),
                 images: None,
             },
             units,
@@ -83,8 +85,7 @@ impl Course {
             accumulations: Vec::new(),
         };
         let signature = all.signature.clone();
-        let size = all.size();
-        let flown = with_equations(run.scene(), (&signature, size), |shooting| {
+        let flown = with_shooting(run.scene(), &signature, |shooting, _| {
             if all.is_touching(shooting, (first, &begin))? {
                 return Ok(false);
             }
@@ -119,6 +120,7 @@ impl Course {
         }
         let states = all.legs.iter().flat_map(|leg| [&leg.state, &leg.before]);
         all.units = self::units(states, run);
+        all.signature.size = all.units.smaller();
         Ok(Ok(all))
     }
 
@@ -244,11 +246,6 @@ impl Course {
         Ok(false)
     }
 
-    /// The size of what is integrated.
-    pub fn size(&self) -> f64 {
-        self.units.position.min(self.units.velocity)
-    }
-
     /// The event at the end of a leg, but at that of the last one.
     pub fn event(&self, k: usize) -> Option<usize> {
         Some(k + 1).filter(|next| *next < self.legs.len())
@@ -331,21 +328,25 @@ fn units<'a>(
     ScaledUnits::of(states, if is_time { TAU * time } else { whole })
 }
 
-/// Does some work with the equations of a run of some size, whatever moves it.
-pub(super) fn with_equations<T>(
+/// Does some work with the equations of a run, whatever moves it, and with what notes where deviations from it are to be doubted.
+pub(super) fn with_doubts<T>(
     scene: &Scene,
-    (signature, size): (&Signature, f64),
-    work: impl FnOnce(&Shooting<'_>) -> Result<T>,
+    signature: &Signature,
+    work: impl FnOnce(&Shooting<'_>, &Watch) -> Result<T>,
 ) -> Result<T> {
     if scene.linear_system("derivatives").is_ok() {
-        return with_shooting(scene, signature, |shooting, _| work(shooting));
+        return with_shooting(scene, signature, |shooting, _| {
+            work(shooting, &Watch::default())
+        });
     }
-    let motion = IntegratedMaps::new(scene, scene.phase());
-    work(&Shooting {
-        motion: &motion.in_parts_of(size),
+    let motion = IntegratedMaps::new(scene, scene.phase()).in_parts_of(signature.size);
+    let (motion, watch) = motion.watched();
+    let shooting = Shooting {
+        motion: &motion,
         stages: &signature.stages,
         clocked: signature.clocked(scene),
         images: None,
         weak_directions: OF_INTEGRATED,
-    })
+    };
+    work(&shooting, &watch)
 }

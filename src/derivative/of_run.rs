@@ -1,14 +1,15 @@
 //! How the states of a run change with numbers of its scene (theory 21): deviations fly, are late at instants and go through impacts, and what
 //! each flight and each impact itself changes by is a difference of that one alone, so that nothing is lost where deviations grow.
 
-use crate::derivative::course::{Course, Leg, MET, SLOW, with_equations};
+use crate::derivative::course::{Course, Leg, MET, SLOW, with_doubts};
 use crate::derivative::numbers::Numbers;
 use crate::derivative::refusal::SHORT_CONTACT;
 use crate::derivative::settled::{Block, Settled};
 use crate::derivative::stencil::{Order, Stencil};
 use crate::error::{Error, Result};
+use crate::flow::differences::Watch;
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Event, Shooting};
+use crate::orbit::{Event, Shooting, with_shooting};
 use crate::simulate::Trajectory;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -87,8 +88,8 @@ pub fn derivatives_of_run(
         }
         by_number.push(rates);
     }
-    let reason = with_equations(scene, (&course.signature, course.size()), |shooting| {
-        course.carry(shooting, run, &by_number, &mut found)
+    let reason = with_doubts(scene, &course.signature, |shooting, watch| {
+        course.carry((shooting, watch), run, &by_number, &mut found)
     })?;
     found.reason = reason.or(found.reason);
     Ok(found)
@@ -137,7 +138,7 @@ impl Course {
     /// event there lacks at the time that it has, and what becomes there of the state before it.
     fn values(&self, scene: &Scene) -> Result<Vec<f64>> {
         let mut all = Vec::new();
-        with_equations(scene, (&self.signature, self.size()), |shooting| {
+        with_shooting(scene, &self.signature, |shooting, _| {
             for (k, leg) in self.legs.iter().enumerate() {
                 let mut none = DMatrix::zeros(leg.state.len(), 0);
                 self.along(shooting, k, &mut none, |x, _| all.extend(x.iter()))?;
@@ -194,7 +195,7 @@ impl Course {
     /// Carries deviations through all legs, until there are none any more; why there are none from some time on.
     fn carry(
         &self,
-        shooting: &Shooting<'_>,
+        (shooting, watch): (&Shooting<'_>, &Watch),
         run: &Trajectory,
         by_number: &[Option<Vec<f64>>],
         found: &mut RunDerivatives,
@@ -222,13 +223,19 @@ impl Course {
                 .zip((leg.asked.iter().map(Some)).chain([None]))
             {
                 *there += next(two_n);
-                // Behind a touch there is none.
-                let is_known = |own: &&(usize, f64)| touch.is_none_or(|touch| own.1 < touch.time);
+                // Behind a touch there is none, nor behind a doubt.
+                let is_known = |own: &&(usize, f64)| {
+                    touch.is_none_or(|touch| own.1 < touch.time)
+                        && watch.noted().is_none_or(|[first, _]| own.1 < first.time())
+                };
                 if let Some((place, _)) = asked.filter(is_known) {
                     for (j, by) in found.by.iter_mut().enumerate() {
                         by.set_row(*place, &there.column(j).transpose());
                     }
                 }
+            }
+            if let Some([first, _]) = watch.noted() {
+                return Ok(Some(first.reason()));
             }
             if let Some(own) = touch {
                 return Ok(Some(format!(

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::exponents::tangents::Tangents;
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
-use crate::flow::differences::{Doubt, Watch};
+use crate::flow::differences::Watch;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
 use crate::model::Scene;
@@ -55,8 +55,8 @@ impl Tangents for IntegratedTangents {
     }
 
     fn doubt_since(&self, time: f64) -> Option<String> {
-        let last = self.watch.last().filter(|doubt| doubt.time() >= time);
-        last.map(Doubt::reason)
+        let [_, last] = self.watch.noted()?;
+        (last.time() >= time).then(|| last.reason())
     }
 
     fn state(&mut self) -> &mut DVector<f64> {

@@ -5,9 +5,6 @@ use crate::model::{Contact, Dynamics, Moment, System, reaction_weights};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// Time over which a held motion changes little, for the difference that bends a nonlinear gap.
-const HELD_TIME: f64 = 1.0;
-
 /// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
 pub(crate) struct ConstrainedDynamics<'a, D> {
     pub dynamics: &'a D,
@@ -39,7 +36,7 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
         for (i, &stop) in self.stops.iter().enumerate() {
             let contact = &self.contacts[stop];
-            opening[i] = contact.along(|| at, (q, v, a), HELD_TIME)?.acceleration;
+            opening[i] = contact.acceleration(|| at, (q, v, a))?;
             let reaction = contact.reaction(self.system, q)?;
             reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
             normals.push(contact.surface.normal(q)?);

@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::model::DIFFERENCE;
-use crate::tolerance::{BENT, DOUBTFUL, SAME_DIFFERENCE};
+use crate::tolerance::{BENT, DOUBTFUL, ROUNDINGS, SAME_DIFFERENCE};
 use std::sync::{Mutex, PoisonError};
 
 /// Between steps that are compared.
@@ -21,8 +21,6 @@ const REST: u32 = 256;
 const BESIDE_KINK: i32 = 3;
 /// Longest steps by which places are apart that are no one kink or jump any more.
 const APART: f64 = 64.0;
-/// Roundings of an acceleration that are in the difference of two.
-const ROUNDINGS: f64 = 16.0;
 
 /// Why deviations from a motion are not to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,18 +31,20 @@ pub(crate) enum Doubt {
     Differences { time: f64 },
 }
 
-/// Where the last doubt is noted.
+/// Where the first and the last doubt are noted.
 #[derive(Debug, Default)]
-pub(crate) struct Watch(Mutex<Option<Doubt>>);
+pub(crate) struct Watch(Mutex<Option<[Doubt; 2]>>);
 
 impl Watch {
     /// Takes note of a doubt.
     pub fn note(&self, doubt: Doubt) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(doubt);
+        let mut noted = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let first = noted.map_or(doubt, |[first, _]| first);
+        *noted = Some([first, doubt]);
     }
 
-    /// The last doubt.
-    pub fn last(&self) -> Option<Doubt> {
+    /// The first doubt and the last.
+    pub fn noted(&self) -> Option<[Doubt; 2]> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -116,6 +116,8 @@ impl Quotient {
 #[derive(Debug)]
 pub(crate) struct Differences {
     lengths: Vec<Length>,
+    /// The size of the motion, no less than which is taken for its states.
+    size: f64,
     /// Position and velocity of the place, and the acceleration there.
     place: [Vec<f64>; 2],
     base: Vec<f64>,
@@ -124,9 +126,8 @@ pub(crate) struct Differences {
     /// Rounding of a difference of accelerations.
     rounding: f64,
     moved: [Vec<f64>; 2],
-    behind: Vec<f64>,
-    /// Whether lengths are compared at all: where nobody asks how good the derivatives are, one length does, and a jump is a steep slope.
-    is_watched: bool,
+    /// The accelerations ahead and behind.
+    sides: [Vec<f64>; 2],
     /// Whether those of no two lengths agreed, once.
     pub is_doubtful: bool,
 }
@@ -139,17 +140,17 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 impl Differences {
-    /// Of so many deviations.
-    pub fn new(count: usize, is_watched: bool) -> Self {
+    /// Of so many deviations from a motion of some size.
+    pub fn new(count: usize, size: f64) -> Self {
         Self {
             lengths: vec![Length::default(); count],
+            size,
             place: [Vec::new(), Vec::new()],
             base: Vec::new(),
             longest: DIFFERENCE,
             rounding: 0.0,
             moved: [Vec::new(), Vec::new()],
-            behind: Vec::new(),
-            is_watched,
+            sides: [Vec::new(), Vec::new()],
             is_doubtful: false,
         }
     }
@@ -160,7 +161,10 @@ impl Differences {
             own.clear();
             own.extend_from_slice(given);
         }
-        self.longest = DIFFERENCE * (1.0 + largest(q).max(largest(v)));
+        for side in &mut self.sides {
+            side.resize(base.len(), 0.0);
+        }
+        self.longest = DIFFERENCE * (self.size + largest(q).max(largest(v)));
         self.rounding = ROUNDINGS * f64::EPSILON * largest(base);
     }
 
@@ -180,30 +184,32 @@ impl Differences {
             out.fill(0.0);
             return Ok(());
         }
-        if !self.is_watched {
-            return self.plain(self.longest / size, deviation, acceleration, out);
-        }
-        let quotient = |level: i32| {
-            let step = self.longest / size * RATIO.powi(-level);
-            self.quotient((level, step), deviation, acceleration)
-        };
+        let longest = self.longest / size;
+        let step_of = |level: i32| longest * RATIO.powi(-level);
         let Length {
             level,
             left,
             is_rough,
             ..
         } = self.lengths[k];
-        let found = quotient(level)?;
-        if left > 0 && (is_rough || !found.is_bent) {
+        self.go(step_of(level), deviation, acceleration)?;
+        if left > 0 && (is_rough || !self.is_bent(step_of(level))) {
             self.lengths[k].left -= 1;
-            out.copy_from_slice(&found.value);
+            let both = self.sides[0].iter().zip(&self.sides[1]);
+            for (out, (ahead, behind)) in out.iter_mut().zip(both) {
+                *out = (ahead - behind) / (2.0 * step_of(level));
+            }
             return Ok(());
         }
+        let found = self.quotient(level, step_of(level));
         let Compared {
             found,
             off,
             is_rough,
-        } = compared(found, quotient)?;
+        } = compared(found, |level| {
+            self.go(step_of(level), deviation, acceleration)?;
+            Ok(self.quotient(level, step_of(level)))
+        })?;
         if off > DOUBTFUL {
             self.lose(k);
         } else {
@@ -241,74 +247,51 @@ impl Differences {
         }
     }
 
-    /// The quotient of one step.
-    fn plain(
+    /// Goes to both sides by a step and notes the accelerations there.
+    fn go(
         &mut self,
         step: f64,
         deviation: [&[f64]; 2],
         acceleration: Acceleration<'_>,
-        out: &mut [f64],
     ) -> Result<()> {
-        let Self {
-            place,
-            moved,
-            behind,
-            ..
-        } = self;
-        behind.resize(out.len(), 0.0);
-        for (step, a) in [(step, &mut *out), (-step, behind.as_mut_slice())] {
+        for (side, step) in self.sides.iter_mut().zip([step, -step]) {
             for of in 0..2 {
-                let both = place[of].iter().zip(deviation[of]);
-                moved[of].clear();
-                moved[of].extend(both.map(|(x, d)| x + step * d));
+                let both = self.place[of].iter().zip(deviation[of]);
+                self.moved[of].clear();
+                self.moved[of].extend(both.map(|(x, d)| x + step * d));
             }
-            acceleration(&moved[0], &moved[1], a)?;
-        }
-        for (out, behind) in out.iter_mut().zip(behind) {
-            *out = (*out - *behind) / (2.0 * step);
+            acceleration(&self.moved[0], &self.moved[1], side)?;
         }
         Ok(())
     }
 
-    /// The quotient of a step of some level and length.
-    fn quotient(
-        &self,
-        (level, step): (i32, f64),
-        deviation: [&[f64]; 2],
-        acceleration: Acceleration<'_>,
-    ) -> Result<Quotient> {
-        let n = self.base.len();
-        let beside = |step: f64| -> Result<Vec<f64>> {
-            let [q, v] = [0, 1].map(|of: usize| -> Vec<f64> {
-                let both = self.place[of].iter().zip(deviation[of]);
-                both.map(|(x, d)| x + step * d).collect()
-            });
-            let mut a = vec![0.0; n];
-            acceleration(&q, &v, &mut a)?;
-            Ok(a)
-        };
-        let (ahead, behind) = (beside(step)?, beside(-step)?);
+    /// The slopes to both sides, entry by entry.
+    fn slopes(&self, step: f64) -> impl Iterator<Item = [f64; 2]> {
+        let sides = self.sides[0].iter().zip(&self.sides[1]);
+        let all = sides.zip(&self.base);
+        all.map(move |((ahead, behind), base)| [(ahead - base) / step, (base - behind) / step])
+    }
+
+    /// Whether those to both sides differ.
+    fn is_bent(&self, step: f64) -> bool {
         let rounding = self.rounding / step;
-        let value = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * step));
-        let value: Vec<f64> = value.collect();
-        let slope = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            a.iter().zip(b).map(|(a, b)| (a - b) / step).collect()
-        };
-        let (rise, fall) = (slope(&ahead, &self.base), slope(&self.base, &behind));
-        let is_bent = (rise.iter().zip(&fall))
-            .any(|(a, b)| (a - b).abs() > BENT * (a.abs() + b.abs()) + rounding);
-        let one_sided = if largest(&rise) < largest(&fall) {
-            rise
-        } else {
-            fall
-        };
-        Ok(Quotient {
+        self.slopes(step)
+            .any(|[a, b]| (a - b).abs() > BENT * (a.abs() + b.abs()) + rounding)
+    }
+
+    /// The quotient of the step that was gone.
+    fn quotient(&self, level: i32, step: f64) -> Quotient {
+        let sides = self.sides[0].iter().zip(&self.sides[1]);
+        let value = sides.map(|(ahead, behind)| (ahead - behind) / (2.0 * step));
+        let size = |side: usize| self.slopes(step).fold(0.0f64, |m, s| m.max(s[side].abs()));
+        let smaller = usize::from(size(0) >= size(1));
+        Quotient {
             level,
-            value,
-            one_sided,
-            rounding,
-            is_bent,
-        })
+            value: value.collect(),
+            one_sided: self.slopes(step).map(|both| both[smaller]).collect(),
+            rounding: self.rounding / step,
+            is_bent: self.is_bent(step),
+        }
     }
 }
 
@@ -321,7 +304,10 @@ struct Compared {
 }
 
 /// The longest quotient that a shorter one agrees with; where none do, that which comes nearest to doing so.
-fn compared(found: Quotient, quotient: impl Fn(i32) -> Result<Quotient>) -> Result<Compared> {
+fn compared(
+    found: Quotient,
+    mut quotient: impl FnMut(i32) -> Result<Quotient>,
+) -> Result<Compared> {
     let good = |found: Quotient| Compared {
         found,
         off: 0.0,
@@ -377,7 +363,7 @@ mod tests {
             a[0] = f(q[0], v[0]);
             Ok(())
         };
-        let mut differences = Differences::new(1, true);
+        let mut differences = Differences::new(1, 1.0);
         let found = places.iter().map(|&[q, v]| {
             differences.begin((&[q], &[v]), &[f(q, v)]);
             let mut out = [0.0];

@@ -11,7 +11,7 @@ use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::{Side, WallSide};
 use crate::model::system::System;
-use crate::tolerance::{DEPENDENT, SAFE_PIVOT, UNCOUPLED};
+use crate::tolerance::{DEPENDENT, ROUNDINGS, SAFE_PIVOT, SAME_DIFFERENCE, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
@@ -19,6 +19,9 @@ use nalgebra::{DMatrix, DVector};
 /// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
 /// any tolerance. For a gap of second degree there is no truncation.
 const DIFFERENCE: f64 = 1e-5;
+/// Where no step is known, times are tried that are each this much shorter than the one before, so often.
+const SHORTER: f64 = 16.0;
+const SHORTENED: usize = 6;
 
 /// A surface that the motion may not cross.
 #[derive(Debug, Clone)]
@@ -191,6 +194,41 @@ impl Surface {
     }
 }
 
+/// `v.(grad h(q + s v) - grad h(q - s v))/2s`, which is `v.H v`, and the terms of the slopes there.
+fn bending(stop: &NonlinearStop, q: &[f64], v: &[f64], s: f64) -> Result<(f64, f64)> {
+    let slope = |s: f64| -> Result<[f64; 2]> {
+        let moved: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
+        let gradient = stop.gradient(&moved)?;
+        let terms = gradient.iter().zip(v).map(|(g, v)| g * v);
+        Ok(terms.fold([0.0; 2], |[sum, size], x| [sum + x, size + x.abs()]))
+    };
+    let ([ahead, size], [behind, _]) = (slope(s)?, slope(-s)?);
+    Ok(((ahead - behind) / (2.0 * s), size))
+}
+
+/// A time over which a motion changes little as far as a nonlinear gap bends: the longest, from that in which it goes as far as it is from
+/// zero, of which a sixteenth gives the same bending.
+fn bending_time(stop: &NonlinearStop, q: &[f64], v: &[f64]) -> Result<f64> {
+    let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let first = largest(q) / largest(v);
+    let mut time = if first > 0.0 && first.is_finite() {
+        first
+    } else {
+        1.0
+    };
+    let (mut longer, size) = bending(stop, q, v, DIFFERENCE * time)?;
+    for _ in 0..SHORTENED {
+        let shorter_time = time / SHORTER;
+        let (shorter, _) = bending(stop, q, v, DIFFERENCE * shorter_time)?;
+        let rounding = ROUNDINGS * f64::EPSILON * size / (DIFFERENCE * shorter_time);
+        if (longer - shorter).abs() <= SAME_DIFFERENCE * longer.abs() + rounding {
+            break;
+        }
+        (time, longer) = (shorter_time, shorter);
+    }
+    Ok(time)
+}
+
 /// A nonlinear gap: `h'' = grad h.a + v.(grad h(q + s v) - grad h(q - s v))/2s`.
 fn nonlinear_along(
     stop: &NonlinearStop,
@@ -202,13 +240,8 @@ fn nonlinear_along(
     let gradient = stop.gradient(q)?;
     let dot = |g: &DVector<f64>, x: &[f64]| g.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
     let gap = stop.gap(q)?;
-    let s = DIFFERENCE * step;
-    let slope_at = |s: f64| -> Result<f64> {
-        let moved: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
-        Ok(dot(&stop.gradient(&moved)?, v))
-    };
-    let bending = if s > 0.0 && v.iter().any(|v| *v != 0.0) {
-        (slope_at(s)? - slope_at(-s)?) / (2.0 * s)
+    let bending = if step > 0.0 && v.iter().any(|v| *v != 0.0) {
+        bending(stop, q, v, DIFFERENCE * step)?.0
     } else {
         0.0
     };
@@ -264,6 +297,22 @@ impl Contact {
             value.widen(motion, at());
         }
         Ok(value)
+    }
+
+    /// The second derivative of the gap of a motion of which nobody knows over which times it changes little.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn acceleration(
+        &self,
+        at: impl FnOnce() -> Moment,
+        (q, v, a): (&[f64], &[f64], &[f64]),
+    ) -> Result<f64> {
+        let step = match &self.surface {
+            Surface::Nonlinear(stop) => bending_time(stop, q, v)?,
+            _ => 0.0,
+        };
+        Ok(self.along(at, (q, v, a), step)?.acceleration)
     }
 
     /// The gap at a position and a moment.

@@ -18,6 +18,7 @@ use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
 use crate::orbit::pattern::Pattern;
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::stability::monodromy::{Flown, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
@@ -73,7 +74,11 @@ impl OrbitMotion {
     }
 
     /// The pieces of the flights of any scene.
-    pub fn stepped(motion: Arc<IntegratedMaps>, flights: &[Flight]) -> Result<Self> {
+    pub fn stepped(motion: IntegratedMaps, flights: &[Flight]) -> Result<Self> {
+        let states: Vec<_> = flights.iter().map(|own| unpaired(&own.after)).collect();
+        let period = flights.iter().map(|own| own.span).sum();
+        let units = ScaledUnits::of(states.iter(), period);
+        let motion = Arc::new(motion.in_parts_of(units.smaller()));
         let pieces = |flight: &Flight| {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
@@ -299,9 +304,9 @@ impl OrbitMotion {
                 let (watched, watch) = motion.watched();
                 let stability =
                     over_flights(&watched, along, unpaired, found, is_coupled, observer)?;
-                Ok(match watch.last() {
+                Ok(match watch.noted() {
                     None => stability,
-                    Some(doubt) => Stability::undefined(doubt.reason()),
+                    Some([_, doubt]) => Stability::undefined(doubt.reason()),
                 })
             }
         }

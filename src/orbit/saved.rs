@@ -93,7 +93,7 @@ impl PeriodicOrbit {
         let motion = if scene.linear_system("an orbit").is_ok() {
             OrbitMotion::modal_along(Arc::new(ModalScene::new(scene, "an orbit")?), &flights)?
         } else {
-            OrbitMotion::stepped(Arc::new(IntegratedMaps::new(scene, phase)), &flights)?
+            OrbitMotion::stepped(IntegratedMaps::new(scene, phase), &flights)?
         };
         let parts = OrbitData {
             pattern,

@@ -35,6 +35,11 @@ impl ScaledUnits {
         }
     }
 
+    /// The smaller of both: of what is integrated to a tolerance, absolute parts are of it.
+    pub fn smaller(&self) -> f64 {
+        self.position.min(self.velocity)
+    }
+
     /// A Jacobian of states in them.
     pub fn scaled(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
         let n = jacobian.nrows() / 2;

@@ -31,6 +31,8 @@ pub(crate) struct IntegratedMaps {
     pub frequency: f64,
     pub phase: f64,
     tolerance: Tolerance,
+    /// The size of the motions, as far as it is known.
+    size: f64,
     /// What moves it where no stop is held, if that has Taylor series.
     series: Option<SeriesFlow>,
     breaks: Breaks,
@@ -47,6 +49,7 @@ impl IntegratedMaps {
             frequency: scene.frequency().unwrap_or(0.0),
             phase,
             tolerance: TOLERANCE,
+            size: 1.0,
             series: SeriesFlow::new(scene, TOLERANCE),
             breaks: Breaks(scene.excitation().breaks()),
             watch: None,
@@ -63,7 +66,7 @@ impl IntegratedMaps {
         (maps, watch)
     }
 
-    /// The same to a tolerance that is as small beside motions of some size as the usual one beside one.
+    /// The same for motions of some size: the tolerance is as small beside it as the usual one beside one.
     pub fn in_parts_of(self, size: f64) -> Self {
         let absolute = TOLERANCE.absolute * size;
         Self {
@@ -71,6 +74,7 @@ impl IntegratedMaps {
                 absolute,
                 ..TOLERANCE
             },
+            size,
             ..self
         }
     }
@@ -181,16 +185,27 @@ impl IntegratedMaps {
         if !held.is_empty() {
             differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
         }
+        // As large as the motion: the absolute tolerance is a part of that.
+        let powers: Vec<f64> = (deviations.column_iter())
+            .map(|own| power_of_two(own.amax() / self.size))
+            .collect();
+        let scale = |deviations: &mut DMatrix<f64>, by: &dyn Fn(f64) -> f64| {
+            for (mut column, power) in deviations.column_iter_mut().zip(&powers) {
+                column *= by(*power);
+            }
+        };
+        scale(deviations, &f64::recip);
         let mut x = joined(state.as_slice(), deviations.as_slice());
         let motion = self.constrained(held);
         // The others' accelerations are smooth; contact forces are had by differences themselves.
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
         let watch = self.watch.as_deref().filter(|_| is_own);
-        let dynamics = Variational::new(&motion, deviations.ncols(), watch);
+        let dynamics = Variational::new(&motion, (deviations.ncols(), self.size), watch);
         integrate::<P, _>(&dynamics, (at, span), tolerance, &mut x, |step| {
             dynamics.look_across(&step)
         })?;
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
+        scale(deviations, &|power| power);
         Ok(None)
     }
 
@@ -353,8 +368,7 @@ impl HybridMaps for IntegratedMaps {
     ) -> Result<f64> {
         let n = state.len() / 2;
         let ((q, v), a) = (state.as_slice().split_at(n), &rate.as_slice()[n..]);
-        let value = self.contacts[stop].along(|| self.moment(t), (q, v, a), 1.0)?;
-        Ok(value.acceleration)
+        self.contacts[stop].acceleration(|| self.moment(t), (q, v, a))
     }
 
     fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>> {
@@ -364,6 +378,12 @@ impl HybridMaps for IntegratedMaps {
     fn restitution(&self, stop: usize) -> f64 {
         self.contacts[stop].restitution
     }
+}
+
+/// The power of two that is nearest to a positive number, one for others.
+fn power_of_two(x: f64) -> f64 {
+    let power = x.log2().round().exp2();
+    if power.is_normal() { power } else { 1.0 }
 }
 
 /// Applies a map to a state, and its Jacobian, by central differences, to deviations.

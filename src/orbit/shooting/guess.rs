@@ -7,6 +7,7 @@ use crate::hybrid::{SegmentKind, joined};
 use crate::model::{Scene, contacts};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
@@ -74,7 +75,9 @@ pub(crate) struct Start {
 impl Start {
     /// What stays of it while its numbers change.
     pub fn signature(&self, depends_on_time: bool) -> Signature {
+        let units = ScaledUnits::of(self.states.iter(), self.period);
         Signature {
+            size: units.smaller(),
             stages: self.stages.clone(),
             n_periods: self.n_periods,
             depends_on_time,

@@ -30,6 +30,8 @@ pub(crate) struct Signature {
     pub n_periods: usize,
     /// Whether the equations of the scene depend on time by themselves.
     pub depends_on_time: bool,
+    /// The size of the states that it was read from: of motions that are integrated, absolute tolerances are parts of it.
+    pub size: f64,
     /// Of a motion that is its own mirror image half a period later, of which the stages are one half: the image of each stop.
     pub images: Option<Vec<usize>>,
 }
@@ -62,11 +64,11 @@ pub(crate) fn with_shooting<T>(
     let stages = &signature.stages;
     let images = signature.images.as_deref();
     if scene.linear_system("find_orbit").is_err() {
-        let motion = &IntegratedMaps::new(scene, scene.phase());
+        let motion = &IntegratedMaps::new(scene, scene.phase()).in_parts_of(signature.size);
         let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
             let parts = parts(scene, signature, found, flight_ends, motion, paired)?;
             let scene = with_phase(scene, parts.phase, signature.depends_on_time)?;
-            let from_first = Arc::new(IntegratedMaps::new(&scene, parts.phase));
+            let from_first = IntegratedMaps::new(&scene, parts.phase);
             let moved = OrbitMotion::stepped(from_first, &parts.flights)?;
             PeriodicOrbit::moved_by(moved, &scene, parts)
         };
