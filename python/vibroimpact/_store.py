@@ -24,6 +24,9 @@ from vibroimpact._told import Arguments, OwnCode, digest, told, untold
 #: Counts what older libraries cannot read.
 FORMAT = 1
 
+#: Defaults of arguments that were others up to a version: a store has what was used, whether or not it was given.
+_WERE_DEFAULTS = {"atol": (1e-12, "0.2.0")}
+
 #: Cells of a chunk: so many at least, and no more chunks than these.
 _CELLS, _CHUNKS = 1 << 14, 1 << 10
 
@@ -66,9 +69,8 @@ class Store:
         keyed = arguments if key is None else arguments | {"key": key}
         made = _made(kind, {name: told(name, value, Arguments(key)) for name, value in keyed.items()})
         group = _opened(self._zarr, store)
-        if group is not None and key is None:
-            self._take_over(group, made, arguments)
-        is_other = group is not None and self._is_other(dict(group.attrs), made, overwrite)
+        known = self._take_over(group, made, arguments) if group is not None and key is None else made
+        is_other = group is not None and self._is_other(dict(group.attrs), known, overwrite)
         if group is None or is_other:
             group = self._created(made, is_other)
         self._group = group
@@ -106,24 +108,32 @@ class Store:
             raise ValueError(message)
         return differs is not None
 
-    def _take_over(self, group: Any, made: dict[str, Any], arguments: dict[str, Any]) -> None:
-        """Go on with a store that knows functions by their own code, where that is the same; it knows the rest from now on."""
+    def _take_over(self, group: Any, made: dict[str, Any], arguments: dict[str, Any]) -> dict[str, Any]:
+        """Go on with a store that knows functions by their own code, where that is the same; it knows the rest from now on.
+
+        Returns what the store is to be compared with: the call as it was told then, where plain values alone differ from that.
+        """
         found = group.attrs.get("vibroimpact")
         if not isinstance(found, dict) or found.get("hash") == made["hash"] or not _knows_own_code(found):
-            return
+            return made
         encoders = {name: OwnCode() for name in arguments}
         try:
             own = _made(made["type"], {name: told(name, value, encoders[name]) for name, value in arguments.items()})
         except ValueError:
-            return
-        if any(encoder.is_blind for encoder in encoders.values()) or _difference(found, own) is not None:
-            return
+            return made
+        if any(encoder.is_blind for encoder in encoders.values()):
+            return made
+        if _difference(found, own) is not None:
+            theirs = found.get("arguments", {})
+            others = [name for name in own["arguments"] if theirs.get(name) != own["arguments"][name]]
+            return own if all(_plain(name, theirs, own["arguments"]) for name in others) else made
         self._tried(lambda: group.update_attributes({"vibroimpact": made}))
         warnings.warn(
             f"store {self._name} was made by a version that told functions by their own code alone, which is the same: it goes "
             "on, and from now on what they read and call is told too; whether that has changed since cannot be said",
             stacklevel=5,
         )
+        return made
 
     def _array(self, name: str, **options: Any) -> Any:
         """Return an array of the group, made if it is not there."""
@@ -201,7 +211,10 @@ def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
     if found.get("hash") == made["hash"]:
         return None
     own, theirs = made["arguments"], found.get("arguments", {})
-    first = next((name for name in {**own, **theirs} if theirs.get(name) != own.get(name)), "hash")
+    others = [name for name in {**own, **theirs} if theirs.get(name) != own.get(name)]
+    if others and all(_plain(name, theirs, own) for name in others):
+        return _other_values(others, theirs, own)
+    first = others[0] if others else "hash"
     if _knows_own_code(found) and '"parts"' in json.dumps(own.get(first)):
         return f"a version made it that did not look through all code: that of {first} is another, or it did not see it"
     functions = [list(_functions(one.get(first))) for one in (own, theirs)]
@@ -211,6 +224,25 @@ def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
             # What leads to others changes where these are not the same ones.
             return f"it was made with another {first}: {', '.join(changed[:4])}{' ...' if changed[4:] else ''} changed"
     return f"it was made with another {first}"
+
+
+def _plain(name: str, *arguments: dict[str, Any]) -> bool:
+    """Whether an argument is a number, a text or None in all that was told."""
+    values = [told.get(name) for told in arguments]
+    return all(isinstance(told, dict) and isinstance(told.get("value", ()), (str, int, float, type(None))) for told in values)
+
+
+def _other_values(names: list[str], theirs: dict[str, Any], own: dict[str, Any]) -> str:
+    """Return in words that some plain arguments of a store are others: which, and what goes on with it."""
+    kept, given = ({name: told[name]["value"] for name in names} for told in (theirs, own))
+    differ = ", ".join(f"another {name}, {kept[name]!r}, not {given[name]!r}" for name in names)
+    notes = [
+        f"{value!r} was the default of {name} up to version {version}, which a store has where none was given"
+        for name, (value, version) in _WERE_DEFAULTS.items()
+        if name in names and (kept[name], given[name]) == (value, None)
+    ]
+    goes_on = ", ".join(f"{name}={kept[name]!r}" for name in names)
+    return f"it was made with {differ} ({'; '.join([*notes, f'{goes_on} goes on with it'])})"
 
 
 def _made(kind: str, arguments: dict[str, Any]) -> dict[str, Any]:

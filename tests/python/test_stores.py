@@ -106,7 +106,9 @@ def test_what_is_missing_is_worked_out_and_nothing_else(whole, tmp_path, monkeyp
 def test_another_call_is_refused_unless_it_may_replace(tmp_path):
     path = tmp_path / "basins.zarr"
     vi.basins(SCENE, **PLANE, store=path)
-    with pytest.raises(ValueError, match=r"store is .*basins.zarr.*another max_periods: overwrite=True"):
+    with pytest.raises(
+        ValueError, match=r"basins.zarr.*another max_periods, 400, not 401 \(max_periods=400 goes on with it\): overwrite=True"
+    ):
         vi.basins(SCENE, **{**PLANE, "max_periods": 401}, store=path)
     with pytest.raises(ValueError, match="another scene"):
         vi.basins(SCENE.replace(restitution=0.7), **PLANE, store=path)
@@ -291,6 +293,44 @@ def test_stores_of_0_2_0_go_on_where_they_knew_the_code(name, tmp_path):
     assert equal(vi.existence_map(make, *AXES, store=path), whole)
     with pytest.raises(ValueError, match=r"another scene: made_by.E changed"):
         vi.existence_map(edited(E=0.3).plain, *AXES, store=path)
+
+
+def test_stores_of_the_default_of_0_2_0_name_it_and_go_on_with_it(tmp_path):
+    """Cells of 1e-12 and of a part of how far the motion goes are not the same: one is asked for by its number."""
+    path = tmp_path / "basins.zarr"
+    made = vi.basins(SCENE, **PLANE, atol=1e-12, store=path)
+    named = r"another atol, 1e-12, not None \(1e-12 was the default of atol up to version 0.2.0.*; atol=1e-12 goes on with it\)"
+    with pytest.raises(ValueError, match=named):
+        vi.basins(SCENE, **PLANE, store=path)
+    with pytest.raises(
+        ValueError, match=r"another max_periods, 400, not 401, another atol, 1e-12, not None .*max_periods=400, atol=1e-12"
+    ):
+        vi.basins(SCENE, **{**PLANE, "max_periods": 401}, store=path)
+    with pytest.raises(ValueError, match=r"another atol, 1e-12, not 1e-09 \(atol=1e-12 goes on with it\)"):
+        vi.basins(SCENE, **PLANE, atol=1e-9, store=path)
+    chunks(path)[0].unlink()
+    assert equal(vi.basins(SCENE, **PLANE, atol=1e-12, store=path), made)
+
+
+def restoring(t, q, v):
+    return -q - 0.1 * v
+
+
+def test_stores_of_0_2_0_of_functions_name_the_default_too(tmp_path):
+    """The code is the same and so told then: what differs is the number, not the scene."""
+    path = tmp_path / "basins.zarr"
+    scene = vi.Scene(vi.NonlinearSystem(1, restoring, mass=1.0), vi.Harmonic([0.05], 1.0), vi.Stop(0, 3.0, 0.8))
+    call = {"q": (-1.5, 1.5, 4), "v": (-1.0, 1.0, 3), "max_periods": 3, "attractors": (), "store": path}
+    made = vi.basins(scene, **call, atol=1e-12)
+    header = json.loads((path / "zarr.json").read_text())
+    arguments = header["attributes"]["vibroimpact"]["arguments"]
+    arguments["scene"] = _told.told("scene", scene, _told.OwnCode())
+    header["attributes"]["vibroimpact"] = _store._made("Basins", arguments)
+    (path / "zarr.json").write_text(json.dumps(header))
+    with pytest.raises(ValueError, match=r"another atol, 1e-12, not None \(1e-12 was the default .*atol=1e-12 goes on with it"):
+        vi.basins(scene, **call)
+    with pytest.warns(UserWarning, match="told functions by their own code alone"):
+        assert equal(vi.basins(scene, **call, atol=1e-12), made)
 
 
 def test_a_key_stands_for_code_that_cannot_be_looked_through(tmp_path):
