@@ -103,8 +103,13 @@ impl Piece {
 
     /// The largest slope between nodes.
     pub fn steepest(&self) -> f64 {
-        let rise = |x: &[f64], j: usize| x[j] - x[j - 1];
-        let slopes = (1..NODES).map(|j| (rise(&self.values, j) / rise(&self.places, j)).abs());
-        slopes.fold(0.0, f64::max)
+        steepest(&self.places[..NODES], &self.values[..NODES])
     }
+}
+
+/// The largest slope between neighbours, of those that are at two times.
+pub(super) fn steepest(places: &[f64], values: &[f64]) -> f64 {
+    let pairs = places.windows(2).zip(values.windows(2));
+    let slopes = pairs.map(|(t, x)| ((x[1] - x[0]) / (t[1] - t[0])).abs());
+    slopes.fold(0.0, f64::max)
 }

@@ -375,6 +375,44 @@ def test_kinks_are_found_and_named_ones_cost_nothing():
     assert len(named.x) < 0.3 * len(found.x)
 
 
+def kinked(kind, k, place):
+    """A function whose terms are no steeper than `k` and no larger than 1 by much, with kinks."""
+    return {
+        "sine": lambda t: np.abs(np.sin(k * t)),
+        "sine with a phase": lambda t: np.abs(np.sin(k * t + 0.7)),
+        "clipped sawtooth": lambda t: np.maximum(np.abs((k * t) % 1.0 - 0.5), 0.1),
+        "slopes that cancel": lambda t: np.where(t > place, 1.0, -0.3) * k / 2 * (t - place) + np.cos(k / 2 * t),
+    }[kind]
+
+
+@pytest.mark.parametrize("kind", ["sine", "sine with a phase", "clipped sawtooth", "slopes that cancel"])
+@pytest.mark.parametrize("span", [(0.0, 0.01), (1.0, 3.0), (5.0, 5.01), (-300.5, -300.4), (1e4, 1e4 + 0.3)])
+def test_kinks_are_found_wherever_time_begins(kind, span):
+    """As well as the time is known: four last places where it was looked at, 6.8 times that between, and one of the function."""
+    rng = np.random.default_rng(11)
+    last_place = np.finfo(float).eps * max(map(abs, span))
+    for _ in range(12):
+        k = rng.uniform(2, 40) / (span[1] - span[0])
+        f = kinked(kind, k, rng.uniform(*span))
+        signal = vi.Signal.from_function(f, span)
+        x = signal.x[:-1]
+        shortest = np.concatenate([x[np.argsort(np.diff(signal.x))[:20]] + i * np.spacing(span[1]) for i in range(-9, 10)])
+        middles = x + np.diff(signal.x) * rng.uniform(size=x.size)
+        t = np.clip(np.concatenate([rng.uniform(*span, 200), middles, shortest]), span[0], np.nextafter(span[1], span[0]))
+        largest = np.abs(f(np.linspace(*span, 500))).max()
+        np.testing.assert_allclose(signal(t), f(t), rtol=0, atol=3e-14 * largest + 28 * last_place * k)
+
+
+def test_a_jump_is_refused_by_its_place_wherever_time_begins():
+    for start in (0.0, 5.0, 1e4):
+        place = start + 0.0043
+        with pytest.raises(ValueError, match=r"near t = \S+ \(the time has no places for shorter pieces\).*breaks") as refused:
+            vi.Signal.from_function(lambda t, place=place: np.sign(t - place), (start, start + 0.01))
+        assert abs(float(re.search(r"near t = (\S+) ", str(refused.value))[1]) - place) <= 4 * np.spacing(place)
+        named = vi.Signal.from_function(lambda t, place=place: np.sign(t - place), (start, start + 0.01), breaks=[place])
+        assert len(named.x) == 3
+
+
 def test_the_load_of_a_shock_moves_a_base_as_the_shock_does():
     a, width = 3.1, 0.02
     f = pulse(BUMPS["half-sine"], a, width)
