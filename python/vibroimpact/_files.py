@@ -167,7 +167,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     header, arrays = _read(path)
     try:
         form, version = int(header["format"]), str(header["version"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise _refused(path, "it is no result of vibroimpact: its header has no format") from None
     if form > FORMAT:
         reason = f"its format {form} is newer than {FORMAT}, the newest that this version reads"

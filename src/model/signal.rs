@@ -112,8 +112,8 @@ impl Signal {
     /// halving, to the last place of the time; jumps are refused.
     ///
     /// # Errors
-    /// A span that is empty or not finite, values that are not finite, a function that 10^6 pieces do not follow to 1e-14, with the place;
-    /// what the function reports.
+    /// A span that is empty or not finite, values that are not finite, a function that pieces do not follow to 1e-14, with the place: the
+    /// time has none shorter there, or a million are not enough; what the function reports.
     pub fn from_function(
         function: impl FnMut(&[f64]) -> Result<Vec<f64>>,
         span: (f64, f64),
@@ -219,9 +219,10 @@ impl Signal {
         (shift, factor): (f64, f64),
     ) -> Result<Self> {
         check_increasing("breaks", &breaks)?;
-        if degree > MOST_DEGREE || derivatives.len() != (degree + 1) * (breaks.len() - 1) {
+        let needed = degree.saturating_add(1).saturating_mul(breaks.len() - 1);
+        if degree > MOST_DEGREE || derivatives.len() != needed {
             let found = format!("({},)", derivatives.len());
-            let expected = format!("({},)", (degree + 1) * (breaks.len() - 1));
+            let expected = format!("({needed},)");
             return Err(Error::bad_shape("derivatives", found, expected));
         }
         if let Some(i) = derivatives.iter().position(|x| !x.is_finite()) {

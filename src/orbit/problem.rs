@@ -148,18 +148,27 @@ pub(crate) fn outgrown() -> Error {
 /// outgrows the doubles in it.
 pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
     let period = TAU * n_periods as f64 / modal.frequency;
-    let fastest = modal.form.fastest_rate().max(modal.frequency);
-    let is_known = fastest * period <= TAU * MOST_TURNS;
-    if !is_known {
-        let rule = format!(
-            "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision \
-             has no digits left for its phase",
-            digits(fastest)
-        );
-        return Err(Error::bad_value("the period", digits(period), rule));
-    }
+    check_turns(modal, period)?;
     if modal.form.fastest_growth() * period >= f64::MAX.ln() {
         return Err(outgrown());
     }
     Ok(period)
+}
+
+/// Refuses a period of more than `MOST_TURNS` turns of the forcing or of the fastest mode, in a file too.
+///
+/// # Errors
+/// `Error::BadValue` with the rate.
+pub(crate) fn check_turns(modal: &ModalScene, period: f64) -> Result<()> {
+    let fastest = modal.form.fastest_rate().max(modal.frequency);
+    let is_known = fastest * period <= TAU * MOST_TURNS;
+    if is_known {
+        return Ok(());
+    }
+    let rule = format!(
+        "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision has no \
+         digits left for its phase",
+        digits(fastest)
+    );
+    Err(Error::bad_value("the period", digits(period), rule))
 }

@@ -10,6 +10,7 @@ use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::orbit::problem::check_turns;
 use crate::path::{ORBIT, check_motion};
 use crate::tolerance::PERIOD_TOL;
 use std::sync::Arc;
@@ -87,11 +88,14 @@ impl PeriodicOrbit {
         let SavedOrbit {
             n_periods,
             phase,
+            spans,
             impulses,
             ..
         } = saved;
         let motion = if scene.linear_system("an orbit").is_ok() {
-            OrbitMotion::modal_along(Arc::new(ModalScene::new(scene, "an orbit")?), &flights)?
+            let modal = ModalScene::new(scene, "an orbit")?;
+            check_turns(&modal, spans.iter().sum())?;
+            OrbitMotion::modal_along(Arc::new(modal), &flights)?
         } else {
             OrbitMotion::stepped(IntegratedMaps::new(scene, phase), &flights)?
         };

@@ -414,6 +414,39 @@ class TestMechanics:
             with pytest.raises(ValueError, match="it was changed"):
                 vi.load(path)
 
+    @pytest.mark.parametrize("damping", [1e13, 1e17, 1e30])
+    def test_orbits_are_not_of_rates_that_no_search_takes(self, damping, tmp_path):
+        """Beside terms of such a size every jump is small, and a verdict on so many turns would not end."""
+        scene = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([8.5], 2.4), vi.Stop(0, 1.0, 0.8))
+        for thing in (orbits := vi.periodic_orbits(scene, [0]), orbits[0]):
+            path = saved(tmp_path, thing)
+            damped = [name for name, array in entries(path)[1].items() if array.size == 1 and array.item() == 0.1]
+            assert damped
+            self.changed(path, lambda _, arrays, names=damped: arrays.update({name: np.array([damping]) for name in names}))
+            with pytest.raises(ValueError, match="it was changed"):
+                vi.load(path)
+
+    def test_counts_are_counts(self, tmp_path):
+        """Infinite, or so large that their product is none."""
+        signal = vi.Load(0, ([0.0, 1.0, 2.0], [0.0, 1.0, 0.0]))
+        run = vi.simulate(vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), signal, vi.Stop(0, 0.5, 0.5)), 0.0, 0.0, (0, 3))
+        path = saved(tmp_path, run)
+        self.changed(path, lambda header, _: header.update(format=math.inf))
+        with pytest.raises(ValueError, match="its header has no format"):
+            vi.load(path)
+        text = json.dumps(entries(saved(tmp_path, run))[0]["scene"]["arguments"][1])
+        for degree in (10**18, 2**63 - 1, 2**64 - 1):
+
+            def change(header, _, degree=degree):
+                load = header["scene"]["arguments"][1]
+                own = load["arguments"][1]["arguments"]
+                assert own[1] == 1, text
+                own[1] = degree
+
+            self.changed(path := saved(tmp_path, run), change)
+            with pytest.raises(ValueError, match="it was changed"):
+                vi.load(path)
+
     def test_orbits_that_are_not_admissible_come_back(self, tmp_path):
         orbits = vi.periodic_orbits(vi.paper_scene(3), [1], n_periods=2)
         found = [
