@@ -24,6 +24,9 @@ from vibroimpact._told import Arguments, OwnCode, digest, told, untold
 #: Counts what older libraries cannot read.
 FORMAT = 1
 
+#: Versions whose stores this one goes on with.
+_GOES_ON = ("0.2.0",)
+
 #: Defaults of arguments that were others up to a version: a store has what was used, whether or not it was given.
 _WERE_DEFAULTS = {"atol": (1e-12, "0.2.0")}
 
@@ -206,7 +209,7 @@ class Store:
 def _difference(found: dict[str, Any], made: dict[str, Any]) -> str | None:
     """Return the first thing in which a store differs from what a call makes, in words."""
     for name in ("format", "version", "type"):
-        if found.get(name) != made[name]:
+        if found.get(name) != made[name] and not (name == "version" and found.get(name) in _GOES_ON):
             return f"its {name} is {found.get(name)!r}, not {made[name]!r}"
     if found.get("hash") == made["hash"]:
         return None

@@ -155,6 +155,20 @@ impl Differences {
         }
     }
 
+    /// The same by steps of one length, which are compared with no others: of accelerations that are differences of large forces, and so
+    /// rounded by more than they show.
+    pub fn of_one_length(mut self) -> Self {
+        for own in &mut self.lengths {
+            (own.left, own.is_rough) = (u32::MAX, true);
+        }
+        self
+    }
+
+    /// How many deviations there are.
+    pub fn count(&self) -> usize {
+        self.lengths.len()
+    }
+
     /// Goes to a place with its acceleration.
     pub fn begin(&mut self, (q, v): (&[f64], &[f64]), base: &[f64]) {
         for (own, given) in (self.place.iter_mut().chain([&mut self.base])).zip([q, v, base]) {

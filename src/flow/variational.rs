@@ -49,12 +49,12 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl<'a, D: Dynamics> Variational<'a, D> {
-    /// A motion of some size with so many deviations, and where doubts about them are noted.
-    pub fn new(dynamics: &'a D, (count, size): (usize, f64), watch: Option<&'a Watch>) -> Self {
+    /// A motion with deviations, whose differences are taken where it says no derivatives, and where doubts about them are noted.
+    pub fn new(dynamics: &'a D, differences: Differences, watch: Option<&'a Watch>) -> Self {
         Self {
             dynamics,
-            count,
-            differences: RefCell::new(Differences::new(count, size)),
+            count: differences.count(),
+            differences: RefCell::new(differences),
             watch,
             largest: Cell::new(0.0),
         }

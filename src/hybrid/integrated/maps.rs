@@ -4,7 +4,7 @@ use super::flight_pieces::{FlightPieces, OrbitMethod};
 use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
-use crate::flow::differences::Watch;
+use crate::flow::differences::{Differences, Watch};
 use crate::flow::integrate::{KeptStep, integrate};
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
@@ -197,10 +197,15 @@ impl IntegratedMaps {
         scale(deviations, &f64::recip);
         let mut x = joined(state.as_slice(), deviations.as_slice());
         let motion = self.constrained(held);
-        // The others' accelerations are smooth; contact forces are had by differences themselves.
+        // The accelerations of other systems are smooth, contact forces are had by differences themselves.
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
-        let watch = self.watch.as_deref().filter(|_| is_own);
-        let dynamics = Variational::new(&motion, (deviations.ncols(), self.size), watch);
+        let differences = Differences::new(deviations.ncols(), self.size);
+        let (watch, differences) = if is_own {
+            (self.watch.as_deref(), differences)
+        } else {
+            (None, differences.of_one_length())
+        };
+        let dynamics = Variational::new(&motion, differences, watch);
         integrate::<P, _>(&dynamics, (at, span), tolerance, &mut x, |step| {
             dynamics.look_across(&step)
         })?;
