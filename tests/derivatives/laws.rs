@@ -107,8 +107,8 @@ fn a_coordinate_by_itself_has_no_derivatives_by_what_another_hits() {
             for by in &found.by {
                 for coordinate in [1, 3] {
                     let own = by.column(coordinate).amax();
-                    // Rounding over the shortest step of a difference.
-                    assert!(own < 1e-10, "{restitution} {own:e}");
+                    // Rounding of one, 2e-16, over the shortest step of a difference, 1e-6 of 1 - e = 0.2.
+                    assert!(own < 1e-9, "{restitution} {own:e}");
                 }
             }
         }
