@@ -1,7 +1,7 @@
 //! The motion of any scene while stops are held (theory 9): the contact forces keep their gaps from accelerating.
 
 use crate::error::Result;
-use crate::model::{Contact, Dynamics, Moment, System, reaction_weights};
+use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -31,12 +31,12 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
         if self.stops.is_empty() {
             return Ok(Vec::new());
         }
-        let k = self.stops.len();
+        let (k, slow) = (self.stops.len(), slow_time(q, v, a));
         let mut opening = DVector::zeros(k);
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
         for (i, &stop) in self.stops.iter().enumerate() {
             let contact = &self.contacts[stop];
-            opening[i] = contact.acceleration(|| at, (q, v, a))?;
+            opening[i] = contact.along(|| at, (q, v, a), slow)?.acceleration;
             let reaction = contact.reaction(self.system, q)?;
             reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
             normals.push(contact.surface.normal(q)?);

@@ -11,7 +11,7 @@ use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::{Side, WallSide};
 use crate::model::system::System;
-use crate::tolerance::{DEPENDENT, ROUNDINGS, SAFE_PIVOT, SAME_DIFFERENCE, UNCOUPLED};
+use crate::tolerance::{DEPENDENT, SAFE_PIVOT, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
 /// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
@@ -19,9 +19,18 @@ use nalgebra::{DMatrix, DVector};
 /// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
 /// any tolerance. For a gap of second degree there is no truncation.
 const DIFFERENCE: f64 = 1e-5;
-/// Where no step is known, times are tried that are each this much shorter than the one before, so often.
+/// Part of the terms of a gap's speed up to which it may change over the difference; beyond, one that is so many times shorter is to be
+/// the same to a part, or to some roundings, whatever the step: links turn many times in the steps of a free flight. Parts below some
+/// are of what converges: once they grow they are rounding.
+const LARGE_CHANGE: f64 = 1e-3;
 const SHORTER: f64 = 16.0;
-const SHORTENED: usize = 6;
+const SAME_BENDING: f64 = 1e-8;
+const CONVERGING: f64 = 1e-3;
+const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+/// Times that a difference is made shorter.
+const MOST_SHORTENED: usize = 16;
+/// Times as long as it takes to go as far as a motion is that its speed may take to change.
+const MOST_SLOW: f64 = 1e3;
 
 /// A surface that the motion may not cross.
 #[derive(Debug, Clone)]
@@ -194,41 +203,6 @@ impl Surface {
     }
 }
 
-/// `v.(grad h(q + s v) - grad h(q - s v))/2s`, which is `v.H v`, and the terms of the slopes there.
-fn bending(stop: &NonlinearStop, q: &[f64], v: &[f64], s: f64) -> Result<(f64, f64)> {
-    let slope = |s: f64| -> Result<[f64; 2]> {
-        let moved: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
-        let gradient = stop.gradient(&moved)?;
-        let terms = gradient.iter().zip(v).map(|(g, v)| g * v);
-        Ok(terms.fold([0.0; 2], |[sum, size], x| [sum + x, size + x.abs()]))
-    };
-    let ([ahead, size], [behind, _]) = (slope(s)?, slope(-s)?);
-    Ok(((ahead - behind) / (2.0 * s), size))
-}
-
-/// A time over which a motion changes little as far as a nonlinear gap bends: the longest, from that in which it goes as far as it is from
-/// zero, of which a sixteenth gives the same bending.
-fn bending_time(stop: &NonlinearStop, q: &[f64], v: &[f64]) -> Result<f64> {
-    let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let first = largest(q) / largest(v);
-    let mut time = if first > 0.0 && first.is_finite() {
-        first
-    } else {
-        1.0
-    };
-    let (mut longer, size) = bending(stop, q, v, DIFFERENCE * time)?;
-    for _ in 0..SHORTENED {
-        let shorter_time = time / SHORTER;
-        let (shorter, _) = bending(stop, q, v, DIFFERENCE * shorter_time)?;
-        let rounding = ROUNDINGS * f64::EPSILON * size / (DIFFERENCE * shorter_time);
-        if (longer - shorter).abs() <= SAME_DIFFERENCE * longer.abs() + rounding {
-            break;
-        }
-        (time, longer) = (shorter_time, shorter);
-    }
-    Ok(time)
-}
-
 /// A nonlinear gap: `h'' = grad h.a + v.(grad h(q + s v) - grad h(q - s v))/2s`.
 fn nonlinear_along(
     stop: &NonlinearStop,
@@ -240,14 +214,15 @@ fn nonlinear_along(
     let gradient = stop.gradient(q)?;
     let dot = |g: &DVector<f64>, x: &[f64]| g.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
     let gap = stop.gap(q)?;
+    let speed = dot(&gradient, v);
     let bending = if step > 0.0 && v.iter().any(|v| *v != 0.0) {
-        bending(stop, q, v, DIFFERENCE * step)?.0
+        bending(stop, (q, v, speed), DIFFERENCE * step)?
     } else {
         0.0
     };
     Ok(GapValue {
         gap,
-        speed: dot(&gradient, v),
+        speed,
         acceleration: dot(&gradient, a) + bending,
         size: gap.abs()
             + gradient
@@ -257,6 +232,57 @@ fn nonlinear_along(
                 .sum::<f64>(),
         steepness: gradient.lp_norm(1),
     })
+}
+
+/// `v.(hess h) v`, by the difference of the speed of a gap along the motion over a time s, or a shorter one if it changes by much.
+fn bending(stop: &NonlinearStop, (q, v, speed): (&[f64], &[f64], f64), mut s: f64) -> Result<f64> {
+    let over = |s: f64| -> Result<[f64; 3]> {
+        let speed_at = |s: f64| -> Result<[f64; 2]> {
+            let moved: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
+            let gradient = stop.gradient(&moved)?;
+            let terms = gradient.iter().zip(v).map(|(g, v)| g * v);
+            Ok(terms.fold([0.0; 2], |[sum, size], x| [sum + x, size + x.abs()]))
+        };
+        let ([ahead, size], [behind, other]) = (speed_at(s)?, speed_at(-s)?);
+        let (odd, even) = (ahead - behind, ahead + behind - 2.0 * speed);
+        Ok([odd / (2.0 * s), odd.abs().max(even.abs()), size.max(other)])
+    };
+    let [mut bending, change, size] = over(s)?;
+    if change <= LARGE_CHANGE * size {
+        return Ok(bending);
+    }
+    let mut best = (f64::INFINITY, bending);
+    for _ in 0..MOST_SHORTENED {
+        s /= SHORTER;
+        let [shorter, _, size] = over(s)?;
+        let off = (shorter - bending).abs();
+        let part = off / shorter.abs();
+        if part <= SAME_BENDING || off <= ROUNDINGS * size / s {
+            return Ok(bending);
+        }
+        if part > best.0 {
+            break;
+        }
+        if part <= CONVERGING {
+            best = (part, bending);
+        }
+        bending = shorter;
+    }
+    Ok(best.1)
+}
+
+/// A time over which a motion changes little, as far as its state tells: what it takes to go as far as it is, or what its acceleration
+/// takes to change its speed. In another unit of time it is another number.
+pub(crate) fn slow_time(q: &[f64], v: &[f64], a: &[f64]) -> f64 {
+    let size = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+    let speed = size(v);
+    let (gone, turned) = (size(q) / speed, speed / size(a));
+    let is_time = |t: &f64| *t > 0.0 && t.is_finite();
+    if is_time(&gone) {
+        gone.max(turned.min(MOST_SLOW * gone))
+    } else {
+        Some(turned).filter(is_time).unwrap_or(1.0)
+    }
 }
 
 /// One stop as a contact.
@@ -297,22 +323,6 @@ impl Contact {
             value.widen(motion, at());
         }
         Ok(value)
-    }
-
-    /// The second derivative of the gap of a motion of which nobody knows over which times it changes little.
-    ///
-    /// # Errors
-    /// What the functions of a nonlinear stop report.
-    pub fn acceleration(
-        &self,
-        at: impl FnOnce() -> Moment,
-        (q, v, a): (&[f64], &[f64], &[f64]),
-    ) -> Result<f64> {
-        let step = match &self.surface {
-            Surface::Nonlinear(stop) => bending_time(stop, q, v)?,
-            _ => 0.0,
-        };
-        Ok(self.along(at, (q, v, a), step)?.acceleration)
     }
 
     /// The gap at a position and a moment.
@@ -522,5 +532,43 @@ mod tests {
             .expect("off the centre");
         assert!((value.acceleration + 4.0 / 0.3).abs() < 1e-9);
         assert!((circle.normal(&[0.3, 0.4]).expect("off the centre")[1] - 0.8).abs() < 1e-15);
+    }
+
+    /// The height of the end of a rod, `q_0 + sin(q_1)/2`.
+    struct End;
+
+    impl crate::model::GapFunction for End {
+        fn gap(&self, q: &[f64]) -> Result<f64> {
+            Ok(q[0] + 0.5 * q[1].sin())
+        }
+        fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()> {
+            (gradient[0], gradient[1]) = (1.0, 0.5 * q[1].cos());
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_gap_bends_alike_over_any_step_and_in_any_unit_of_time() {
+        let end = Surface::Nonlinear(NonlinearStop::new(End, 1.0).expect("valid"));
+        for turn in [0.3, 1.5, 0.5 * std::f64::consts::PI, 1e-9, 20.0] {
+            for spin in [1e-9, 1.0, 1e9] {
+                let (q, a) = ([0.2, turn], [-10.0 * spin * spin, 0.0]);
+                let exact = -0.5 * turn.sin() * spin * spin;
+                let close = |v: [f64; 2], step: f64| {
+                    let value = end.along(&q, &v, &a, step).expect("finite");
+                    let off = value.acceleration - a[0] - exact;
+                    assert!(
+                        off.abs() < 1e-8 * spin * spin,
+                        "{turn} {spin} {step} {off:e}"
+                    );
+                };
+                let held = [-0.5 * turn.cos() * spin, spin];
+                close(held, slow_time(&q, &held, &a));
+                for step in [0.1, 10.0, 1e4, 1e7] {
+                    close(held, step / spin);
+                    close([0.7 * spin, spin], step / spin);
+                }
+            }
+        }
     }
 }

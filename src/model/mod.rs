@@ -52,7 +52,7 @@ pub use change::{Change, Parameter};
 pub use constraint::Constraint;
 pub(crate) use contact::{
     Contact, GapValue, Surface, along_reactions, are_coupled, contacts, impulses_of,
-    reaction_weights,
+    reaction_weights, slow_time,
 };
 pub(crate) use contact_geometry::{ContactGeometry, places};
 pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};

@@ -11,7 +11,7 @@ use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
-    reaction_weights,
+    reaction_weights, slow_time,
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -373,7 +373,9 @@ impl HybridMaps for IntegratedMaps {
     ) -> Result<f64> {
         let n = state.len() / 2;
         let ((q, v), a) = (state.as_slice().split_at(n), &rate.as_slice()[n..]);
-        self.contacts[stop].acceleration(|| self.moment(t), (q, v, a))
+        let slow = slow_time(q, v, a);
+        let value = self.contacts[stop].along(|| self.moment(t), (q, v, a), slow)?;
+        Ok(value.acceleration)
     }
 
     fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>> {
