@@ -29,6 +29,8 @@ const PASSED: f64 = 0.5;
 pub(crate) enum Doubt {
     /// It came to no end.
     Endless,
+    /// It would take too many places.
+    Long,
     /// The gap differs from what its gradient and its curvature allow.
     Bends,
     /// The gap is zero nowhere where it is crossed, or like no interpolant of it.
@@ -41,6 +43,9 @@ impl fmt::Display for Doubt {
             Self::Endless => {
                 "the search with this bound on its curvature came to no end; is `curvature` that large?"
             }
+            Self::Long => {
+                "the search with this bound on its curvature takes too many looks at the gap; is `curvature` that large?"
+            }
             Self::Bends => {
                 "the gap changes by more than its gradient and `curvature` allow: one of them is not that of the gap"
             }
@@ -51,15 +56,39 @@ impl fmt::Display for Doubt {
     }
 }
 
+/// How many places searches have looked at along the gap of one stop, and how many they had needed with the least bound that holds.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Effort {
+    pub places: usize,
+    /// A piece is as long as the root of its room by the bound, so that each is this part of one: the root of what the gap bends by
+    /// beside what it might.
+    pub needed: f64,
+}
+
+impl Effort {
+    /// Both together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            places: self.places + other.places,
+            needed: self.needed + other.needed,
+        }
+    }
+
+    /// How many times as many places as needed.
+    pub fn excess(self) -> f64 {
+        self.places as f64 / self.needed
+    }
+}
+
 /// What a search found.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Certified {
     /// The first contact, by the places of the gaps in their list; undecided where no piece could be proved.
     pub first: FirstEvent,
     /// Why that could not be certified; of a minimum too near to zero nothing.
     pub doubt: Option<Doubt>,
-    /// Places at which a gap was looked at.
-    pub places: usize,
+    /// What it took along each of the gaps.
+    pub efforts: Vec<Effort>,
 }
 
 /// A touch along a step.
@@ -86,16 +115,16 @@ pub(crate) fn first_contact(
     let mut found = Certified {
         first: FirstEvent::NONE,
         doubt: None,
-        places: searches.len(),
+        efforts: Vec::new(),
     };
     loop {
         let open = searches.iter_mut().enumerate();
         let open = open.filter(|(_, search)| search.here.x < until);
         let least = open.min_by(|(_, a), (_, b)| a.reach().total_cmp(&b.reach()));
         let Some((gap, search)) = least else {
+            found.efforts = searches.iter().map(|search| search.effort).collect();
             return Ok(found);
         };
-        found.places += 1;
         let (root, doubt) = match search.go_on(until)? {
             Ahead::Clear => continue,
             Ahead::Touch { x, depth } => {
@@ -155,7 +184,7 @@ struct Search<'a> {
     open: f64,
     /// How deep the start is, if it is below zero: nothing is proved above it.
     depth: f64,
-    places: usize,
+    effort: Effort,
 }
 
 impl<'a> Search<'a> {
@@ -175,7 +204,11 @@ impl<'a> Search<'a> {
             open: 0.0,
             depth: (-here.gap).max(0.0),
             here,
-            places: 0,
+            // The start is looked at, and another place at the least.
+            effort: Effort {
+                places: 1,
+                needed: 2.0,
+            },
         };
         if !falls {
             search.plan = search.planned(1.0);
@@ -219,8 +252,11 @@ impl<'a> Search<'a> {
                 let to = if width >= left { until } else { x + width };
                 return Plan::Piece { to, bend };
             }
-            if s.is_nan() || x + s == x || s < SHORTEST * left || self.places > MOST_PLACES {
+            if s.is_nan() || x + s == x || s < SHORTEST * left {
                 return Plan::Lost(Doubt::Endless);
+            }
+            if self.effort.places > MOST_PLACES {
+                return Plan::Lost(Doubt::Long);
             }
             if s >= 0.5 * width {
                 return Plan::Piece { to: x + s, bend };
@@ -249,13 +285,20 @@ impl<'a> Search<'a> {
             }
             Plan::Lost(doubt) => return Ok(Ahead::Lost(doubt)),
         };
-        self.places += 1;
+        self.effort.places += 1;
         let next = self.of.at(self.path, to)?;
         let s = to - self.here.x;
         let miss = (next.gap - self.here.gap - self.here.slope * s).abs();
-        if miss > 0.5 * bend * s * s + self.here.tolerance + next.tolerance {
+        let (most, known) = (0.5 * bend * s * s, self.here.tolerance + next.tolerance);
+        if miss > most + known {
             return Ok(Ahead::Lost(Doubt::Bends));
         }
+        // Near zero the tolerance makes pieces short, whatever the bound.
+        self.effort.needed += if most > known {
+            ((miss - known).max(0.0) / most).sqrt()
+        } else {
+            1.0
+        };
         let ahead = self.judge(&next)?;
         if next.gap > if self.is_open { 0.0 } else { next.tolerance } {
             (self.is_open, self.open, self.depth) = (true, next.x, 0.0);
@@ -419,25 +462,27 @@ mod tests {
         contacts(&scene).remove(0)
     }
 
+    fn bounded(contact: &Contact, order: usize) -> BoundedGap<'_> {
+        BoundedGap {
+            contact,
+            curvature: contact.surface.curvature().expect("given"),
+            order,
+            departed: 0.0,
+            begun: Moment::of_angle(0.0),
+            h: 1.0,
+            tolerance: TOLERANCE,
+            known: 0.0,
+        }
+    }
+
     fn searched(
         of: &[(&Contact, usize)],
         path: [Vec<f64>; 2],
         error: f64,
     ) -> (Certified, Vec<StepTouch>) {
-        let gaps: Vec<BoundedGap<'_>> = of
-            .iter()
-            .map(|(contact, order)| BoundedGap {
-                contact,
-                curvature: contact.surface.curvature().expect("given"),
-                order: *order,
-                departed: 0.0,
-                begun: Moment::of_angle(0.0),
-                h: 1.0,
-                tolerance: TOLERANCE,
-                known: 0.0,
-            })
-            .collect();
-        let path = StepPath::new(path.to_vec(), error);
+        let gaps = of.iter().map(|&(contact, order)| bounded(contact, order));
+        let gaps: Vec<BoundedGap<'_>> = gaps.collect();
+        let path = StepPath::new(path.to_vec(), vec![error; 2]);
         let mut touches = Vec::new();
         let found = first_contact(&gaps, &path, 1.0, &mut touches).expect("finite");
         (found, touches)
@@ -474,6 +519,60 @@ mod tests {
             assert!(height(passed) < 0.0 && passed > at);
             assert!(height(at).abs() < 1e-12 && touches.is_empty());
         }
+    }
+
+    #[test]
+    fn a_search_is_as_long_in_any_unit_of_length() {
+        let small = contact(
+            |q| q[0] + 0.5e-9 * q[1].sin(),
+            |q| [1.0, 0.5e-9 * q[1].cos()],
+            0.5e-9,
+        );
+        // The rod begins to spin on the way: its angle has an acceleration, which is none of its height.
+        let search = |rod: &Contact, unit: f64, error: f64| {
+            let path = [vec![2.0 * unit, -4.0 * unit], vec![1.0, 3.0, 15.0]];
+            let (found, _) = searched(&[(rod, 0)], path, error);
+            (root(&found).0, found.efforts[0])
+        };
+        let (at, known) = search(&rod(), 1.0, 0.0);
+        let (there, found) = search(&small, 1e-9, 0.0);
+        assert!((at - there).abs() < 1e-9);
+        assert!(found.places <= 2 * known.places, "{found:?} {known:?}");
+        assert!(found.excess() < 4.0);
+    }
+
+    #[test]
+    fn an_angle_that_is_not_known_leaves_as_much_unknown_of_a_gap_as_it_moves_it() {
+        // A height, and an angle that is known to 1e-6 and moves it by 1e-9 a radian: it is not zero below that.
+        let tilted = contact(|q| q[0] + 1e-9 * q[1], |_| [1.0, 1e-9], 0.0);
+        let path = [vec![1e-9 + 1e-12, -4e-9, 4e-9], vec![0.0]];
+        let path = StepPath::new(path.to_vec(), vec![0.0, 1e-6]);
+        let given = [BoundedGap {
+            tolerance: Tolerance {
+                relative: 1e-9,
+                absolute: 0.0,
+            },
+            ..bounded(&tilted, 0)
+        }];
+        let found = first_contact(&given, &path, 1.0, &mut Vec::new()).expect("finite");
+        assert_eq!((found.first.root, found.doubt), (FirstRoot::None, None));
+    }
+
+    #[test]
+    fn a_bound_that_is_too_large_shows_in_what_the_search_takes() {
+        let plane = contact(|q| q[1] + q[0] * q[0], |q| [2.0 * q[0], 1.0], 2.0);
+        let loose = contact(|q| q[1] + q[0] * q[0], |q| [2.0 * q[0], 1.0], 2e6);
+        let path = || [vec![-1.0, 2.0], vec![0.1]];
+        let [close, far] = [&plane, &loose].map(|gap| {
+            let (found, _) = searched(&[(gap, 0)], path(), 0.0);
+            assert_eq!((found.first.root, found.doubt), (FirstRoot::None, None));
+            found.efforts[0]
+        });
+        assert!(close.excess() < 4.0, "{close:?}");
+        // A thousand times as many, and as many needed.
+        assert!(far.places > 200 * close.places, "{far:?} {close:?}");
+        let ratio = far.needed / close.needed;
+        assert!((0.25..4.0).contains(&ratio), "{far:?} {close:?}");
     }
 
     #[test]
@@ -595,7 +694,7 @@ mod tests {
             (&jump, Doubt::Bends),
             (
                 &contact(|q| q[1] + q[0] * q[0], |q| [2.0 * q[0], 1.0], 1e20),
-                Doubt::Endless,
+                Doubt::Long,
             ),
         ] {
             let (found, _) = searched(&[(gap, 0)], line(), 0.0);

@@ -1,15 +1,17 @@
 //! A gap whose curvature is bounded along one step of an integrator: its value, its slope and a bound on how it bends.
 //!
 //! The motion on the step is the polynomial `q(x)` of `step_path.rs`, which is the true one to the tolerance of the step. With
-//! `|q'| <= V` and `|q''| <= A` over a width w from x on, and with a curvature K, `|hess h| <= K`, the gradient is at most
-//! `G = |grad h(q(x))| + K V w` there, and the gap `g(x) = h(q(x))` has
+//! `|q'| <= V` and `|q''| <= A` over a width w from x on, with a curvature K, `|hess h| <= K`, and with `|n.q''| <= N` of the gradient
+//! n at x, which differs from that farther on by no more than `K V w`, the gap `g(x) = h(q(x))` has
 //!
-//! `|g''| = |grad h.q'' + q'.(hess h) q'| <= G A + K V^2 =: B`,
+//! `|g''| = |grad h.q'' + q'.(hess h) q'| <= N + K V (w A + V) =: B`,
 //!
-//! plus a bound on that of the own motion of the stop, if it moves. A plane has K = 0; the walls of a pendulum have the length of
-//! their longest link. Of a nonlinear stop K is what its maker says; that every value of the gap agrees with it is looked at.
+//! plus a bound on that of the own motion of the stop, if it moves. N is a bound on one polynomial: coordinates that the gap does not
+//! depend on have no say in it, nor has the unit of others, such as lengths beside angles. In V and A they are of one unit, as they are
+//! in the norm that K bounds. A plane has K = 0; the walls of a pendulum have the length of their longest link. Of a nonlinear stop K is
+//! what its maker says; that every value of the gap agrees with it is looked at.
 
-use crate::contact::step_path::{Expansion, StepPath};
+use crate::contact::step_path::{Expansion, StepPath, derivative_bounds};
 use crate::error::Result;
 use crate::flow::steps::Tolerance;
 use crate::model::{Contact, Moment};
@@ -48,13 +50,13 @@ pub(crate) struct Place {
     pub gap: f64,
     /// By parts of the step.
     pub slope: f64,
-    /// `|grad h|`
-    pub steepness: f64,
     /// The rounding of its terms, with that what the motion may be off the true one there, and with that the tolerance.
     pub rounding: f64,
     pub doubt: f64,
     pub tolerance: f64,
     motion: Expansion,
+    /// That along the normal there, in powers.
+    approach: Vec<f64>,
 }
 
 impl BoundedGap<'_> {
@@ -72,34 +74,34 @@ impl BoundedGap<'_> {
             let terms = normal.iter().zip(sizes);
             terms.map(|(n, size)| (n * size).abs()).sum()
         };
-        let slopes = normal.iter().zip(motion.rates()).map(|(n, rate)| n * rate);
-        let slope = self.h * speed - slopes.sum::<f64>();
+        let approach = motion.along(normal.as_slice());
+        let slope = self.h * speed - approach.get(1).copied().unwrap_or(0.0);
         // The part of the gap that the motion of the stop does not make, as `Surface::along` has it.
         let size = gap.abs() + weighted(&q) + moved_size;
         let terms = gap.abs() + weighted(&motion.sizes) + moved_size;
         let rounding = self.known.max(TERM_ROUNDINGS * terms);
         let tolerance = gap_tolerance(self.tolerance, (normal.lp_norm(1), size));
-        let steepness = normal.norm();
-        let doubt = rounding + steepness * path.error_at(x);
+        let doubt = rounding + path.error_at(x, normal.as_slice());
         Ok(Place {
             x,
             gap: gap + moved - self.departed,
             slope,
-            steepness,
             rounding,
             doubt,
             tolerance: tolerance.max(MOST_ROUNDED * rounding) + doubt,
             motion,
+            approach,
         })
     }
 
     /// A bound on the size of the second derivative by parts of the step, over a width from a place on.
     pub fn bend(&self, place: &Place, width: f64) -> f64 {
+        let [_, straight] = derivative_bounds(&place.approach, width);
         let [speed, bend] = place.motion.bounds(width);
-        let steepness = place.steepness + self.curvature * speed * width;
+        let curved = self.curvature * speed * (width * bend + speed);
         let own = self.contact.motion.as_ref().map_or(0.0, |own| {
             own.bend_bound(self.begun.after(place.x * self.h), width * self.h)
         });
-        steepness * bend + self.curvature * speed * speed + self.h * self.h * own
+        straight + curved + self.h * self.h * own
     }
 }

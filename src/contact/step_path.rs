@@ -8,8 +8,8 @@ use crate::tolerance::ERROR_FACTOR;
 pub(crate) struct StepPath {
     /// Each coordinate in powers of x.
     powers: Vec<Vec<f64>>,
-    /// What it may be off the motion half-way, as a distance.
-    error: f64,
+    /// What each may be off the motion half-way.
+    errors: Vec<f64>,
 }
 
 /// The motion about a place of the step.
@@ -22,14 +22,17 @@ pub(crate) struct Expansion {
 }
 
 impl StepPath {
-    /// A motion by each coordinate in powers of x.
-    pub fn new(powers: Vec<Vec<f64>>, error: f64) -> Self {
-        Self { powers, error }
+    /// A motion by each coordinate in powers of x, and what each may be off half-way.
+    pub fn new(powers: Vec<Vec<f64>>, errors: Vec<f64>) -> Self {
+        Self { powers, errors }
     }
 
-    /// What it may be off the motion at x: both agree in values and slopes at the ends, and the estimate half-way is as good as it is.
-    pub fn error_at(&self, x: f64) -> f64 {
-        ERROR_FACTOR * self.error * (4.0 * x * (1.0 - x)).max(0.0).powi(3)
+    /// What it may be off the motion at x, weighted by sizes: both agree in values and slopes at the ends, and the estimate half-way is as
+    /// good as it is.
+    pub fn error_at(&self, x: f64, weights: &[f64]) -> f64 {
+        let errors = self.errors.iter().zip(weights);
+        let error: f64 = errors.map(|(error, weight)| error * weight.abs()).sum();
+        ERROR_FACTOR * error * (4.0 * x * (1.0 - x)).max(0.0).powi(3)
     }
 
     /// What it is about a place.
@@ -54,28 +57,41 @@ impl Expansion {
         self.powers.iter().map(|c| c[0]).collect()
     }
 
-    /// The rate of each coordinate there.
-    pub fn rates(&self) -> impl Iterator<Item = f64> {
-        self.powers.iter().map(|c| c.get(1).copied().unwrap_or(0.0))
+    /// The motion along a direction, in powers.
+    pub fn along(&self, direction: &[f64]) -> Vec<f64> {
+        let degrees = self.powers.iter().map(Vec::len).max().unwrap_or(0);
+        let mut along = vec![0.0; degrees];
+        for (c, n) in self.powers.iter().zip(direction) {
+            for (sum, c) in along.iter_mut().zip(c) {
+                *sum += n * c;
+            }
+        }
+        along
     }
 
     /// Bounds on the speed and on the acceleration over a width from there on, as lengths of vectors.
     pub fn bounds(&self, width: f64) -> [f64; 2] {
         let (mut speed, mut bend) = (0.0, 0.0);
         for c in &self.powers {
-            let (mut rate, mut turn) = (0.0, 0.0);
-            for (k, c) in c.iter().enumerate().skip(1).rev() {
-                let k = k as f64;
-                rate = rate * width + k * c.abs();
-                if k > 1.0 {
-                    turn = turn * width + k * (k - 1.0) * c.abs();
-                }
-            }
+            let [rate, turn] = derivative_bounds(c, width);
             speed += rate * rate;
             bend += turn * turn;
         }
         [speed.sqrt(), bend.sqrt()]
     }
+}
+
+/// Bounds on the sizes of the first two derivatives of a polynomial, over a width from zero on.
+pub(crate) fn derivative_bounds(powers: &[f64], width: f64) -> [f64; 2] {
+    let (mut rate, mut turn) = (0.0, 0.0);
+    for (k, c) in powers.iter().enumerate().skip(1).rev() {
+        let k = k as f64;
+        rate = rate * width + k * c.abs();
+        if k > 1.0 {
+            turn = turn * width + k * (k - 1.0) * c.abs();
+        }
+    }
+    [rate, turn]
 }
 
 #[cfg(test)]
@@ -88,7 +104,7 @@ mod tests {
             vec![0.3, -1.0, 2.0, 0.5, -0.7, 0.2],
             vec![-1.0, 0.0, 4.0, -3.0],
         ];
-        let path = StepPath::new(c.clone(), 0.0);
+        let path = StepPath::new(c.clone(), Vec::new());
         let derivatives = |x: f64| {
             let terms = |c: &Vec<f64>, of: fn(f64, f64) -> f64| -> f64 {
                 let terms = c.iter().enumerate();
@@ -112,8 +128,8 @@ mod tests {
             for (a, b) in about.position().into_iter().zip(q) {
                 assert!((a - b).abs() < 1e-14);
             }
-            for (a, b) in about.rates().zip(rates) {
-                assert!((a - b).abs() < 1e-14);
+            for (direction, b) in [[1.0, 0.0], [0.0, 1.0]].iter().zip(&rates) {
+                assert!((about.along(direction)[1] - b).abs() < 1e-14);
             }
             for width in [1e-3, 0.1, 0.3] {
                 let [speed, bend] = about.bounds(width);

@@ -106,7 +106,8 @@ impl NonlinearStop {
 
     /// The same stop with a bound on the spectral norm of the gap's second derivative, over all positions met and a little inside the
     /// stop. With it the search for contacts is certain, whatever the length of a step; a run in which it cannot be ends with
-    /// [`Status::Uncertain`](crate::Status::Uncertain).
+    /// [`Status::Uncertain`](crate::Status::Uncertain). In the norm lengths and angles count alike: where the gap depends on both, a unit
+    /// of length in which lengths are about one keeps the bound close, and the search short.
     ///
     /// # Errors
     /// A bound that is negative or not finite.

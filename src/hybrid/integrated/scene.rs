@@ -1,6 +1,6 @@
 //! A scene that is integrated, where it is now.
 
-use crate::contact::certified::{Doubt, StepTouch};
+use crate::contact::certified::{Doubt, Effort, StepTouch};
 use crate::contact::curvature::gap_tolerance;
 use crate::error::{Error, Result};
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
@@ -12,7 +12,7 @@ use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
 use crate::model::{
     Constraint, Contact, Dynamics, Excitation, GapMotion, GapValue, Moment, PhysicalState, Scene,
-    contacts,
+    contacts, slow_time,
 };
 use crate::observer::Observer;
 use nalgebra::DVector;
@@ -67,6 +67,8 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     /// at its start, and the touches found.
     pub(super) sought: Vec<(usize, usize)>,
     pub(super) sought_touches: Vec<StepTouch>,
+    /// What these searches have taken in the run, by stops.
+    pub(super) efforts: Vec<Effort>,
     /// The stop of which the search along the step last tried could not be certified, and why, if it could not.
     pub(super) doubt: Option<(usize, Doubt)>,
     /// The place of each stop, once two of them are asked about.
@@ -95,7 +97,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let n = dynamics.n_dof();
         let contacts = Arc::new(contacts(scene));
         let excitation = scene.excitation();
-        let none = vec![GapValue::default(); contacts.len()];
+        let n_stops = contacts.len();
+        let none = vec![GapValue::default(); n_stops];
         let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
         let tolerance = Tolerance {
             // Below this the rounding of a step exceeds its tolerance.
@@ -129,6 +132,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             touches: Vec::new(),
             sought: Vec::new(),
             sought_touches: Vec::new(),
+            efforts: vec![Effort::default(); n_stops],
             doubt: None,
             places: OnceCell::new(),
             grazes: Vec::new(),
@@ -220,13 +224,9 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
 
     /// A time over which the motion changes little: the step, or what it takes to move by the present state.
     pub(super) fn slow_time(&self) -> f64 {
-        let n = self.n();
-        let size = |x: &[f64]| x.iter().fold(0.0f64, |size, x| size.max(x.abs()));
-        let (q, v) = self.x.slice().split_at(n);
-        let (speed, acceleration) = (size(v), size(&self.stepper.start_rate().slice()[n..]));
-        let times = [size(q) / speed, speed / acceleration];
-        let finite = times.into_iter().filter(|t| *t > 0.0 && t.is_finite());
-        self.h.or(finite.reduce(f64::max)).unwrap_or(1.0)
+        let (q, v) = self.x.slice().split_at(self.n());
+        let a = &self.stepper.start_rate().slice()[self.n()..];
+        self.h.unwrap_or_else(|| slow_time(q, v, a))
     }
 
     /// Records a step from the present state as its dense output says.
@@ -295,6 +295,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, asked, 0);
+        self.efforts.fill(Effort::default());
     }
 
     /// The length of which the absolute tolerance is a part: the shortest of the coordinates from where the motion is, or where it is and
@@ -364,7 +365,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             (None, Some(_)) => STIFF.to_owned(),
             (None, None) => String::new(),
         };
-        steps + &uncertain(self.scene)
+        steps + &uncertain(self.scene) + &self.long_searches()
     }
 }
 

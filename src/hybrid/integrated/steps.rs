@@ -407,7 +407,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
-                    let Some(shorter) = self.shorter(dynamics, (stop, at), h)? else {
+                    let Some(shorter) = self.shorter(dynamics, (stop, at), (h, last))? else {
                         break self.given_up();
                     };
                     self.h = Some(shorter);
@@ -480,16 +480,20 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     }
 
     /// A shorter step than one that cannot tell a contact near a part of it from none: to the minimum there, if that is all, or to where
-    /// a gap contradicts its bound; none where it does at once.
+    /// a gap contradicts its bound; none where it does at once. A search that took too long got so far in as many places, none where it
+    /// would go on like that for too long until the end of the run.
     #[cold]
     fn shorter<E: Dynamics>(
         &mut self,
         dynamics: &E,
         (stop, at): (usize, f64),
-        h: f64,
+        (h, end): (f64, f64),
     ) -> Result<Option<f64>> {
         Ok(match self.doubt {
             Some((_, Doubt::Bends)) => (at > 0.0).then_some(at * h),
+            Some((_, Doubt::Long)) => {
+                (!self.is_hopeless(stop, at * h, end)).then_some(at.min(0.5) * h)
+            }
             Some(_) => Some(0.5 * h),
             None => {
                 let lowest = self.descend(dynamics, stop, at * h, h)?;

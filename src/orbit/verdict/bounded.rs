@@ -37,7 +37,7 @@ impl IntegratedJudge<'_> {
             let quintic = Quintic::new(&EndValues::new(start, end, step.h, 0));
             quintic.powers().to_vec()
         };
-        Ok(StepPath::new((0..n).map(quintic).collect(), 0.0))
+        Ok(StepPath::new((0..n).map(quintic).collect(), Vec::new()))
     }
 
     /// Searches the gap of a stop of some curvature along a flight whose first step begins with a root of some order.

@@ -74,7 +74,8 @@ impl GapFunction for PyGap {
 /// ``atol |grad h|_1 + rtol size``, with size ``|h| + sum |q_i dh/dq_i|``; the first contact is where a stop is first crossed. Every
 /// value of the gap is held against its gradient and the bound: where they disagree, or the search comes to no end, the step is
 /// taken shorter, and where no shorter one helps the run ends with the status "uncertain", which keeps what came before. A bound that
-/// is none is not always found out.
+/// is none is not always found out. In the norm lengths and angles count alike: where the gap depends on both, a unit of length in which
+/// lengths are about one keeps the bound close, and the search short. The ``message`` of a run says where it was long.
 ///
 /// Without ``curvature`` the search is not certain, as the ``message`` of a trajectory says: contacts are searched on the quintic of the
 /// gap's value and first two time derivatives at both ends of a step, whose second has ``v.(hess h)v`` by differences of the gradient
