@@ -269,10 +269,10 @@ impl Differences {
         acceleration: Acceleration<'_>,
     ) -> Result<()> {
         for (side, step) in self.sides.iter_mut().zip([step, -step]) {
-            for of in 0..2 {
-                let both = self.place[of].iter().zip(deviation[of]);
-                self.moved[of].clear();
-                self.moved[of].extend(both.map(|(x, d)| x + step * d));
+            let each = self.place.iter().zip(deviation);
+            for (moved, (place, deviation)) in self.moved.iter_mut().zip(each) {
+                moved.clear();
+                moved.extend(place.iter().zip(deviation).map(|(x, d)| x + step * d));
             }
             acceleration(&self.moved[0], &self.moved[1], side)?;
         }

@@ -26,7 +26,7 @@ const LARGE_CHANGE: f64 = 1e-3;
 const SHORTER: f64 = 16.0;
 const SAME_BENDING: f64 = 1e-8;
 const CONVERGING: f64 = 1e-3;
-const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+const SPEED_ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 /// Times that a difference is made shorter.
 const MOST_SHORTENED: usize = 16;
 /// Times as long as it takes to go as far as a motion is that its speed may take to change.
@@ -257,7 +257,7 @@ fn bending(stop: &NonlinearStop, (q, v, speed): (&[f64], &[f64], f64), mut s: f6
         let [shorter, _, size] = over(s)?;
         let off = (shorter - bending).abs();
         let part = off / shorter.abs();
-        if part <= SAME_BENDING || off <= ROUNDINGS * size / s {
+        if part <= SAME_BENDING || off <= SPEED_ROUNDINGS * size / s {
             return Ok(bending);
         }
         if part > best.0 {
