@@ -3,12 +3,13 @@
 use crate::branch::family::{Family, check_same, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
+use crate::hybrid::ScaledUnits;
 use crate::linalg::determinant::{Determinant, signed_volume};
 use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, Linearised, LinearisedPulses, OrbitOf, PeriodicOrbit, ScaledUnits,
-    Shooting, ShootingState, with_shooting,
+    ContactStage, Event, Linearised, LinearisedPulses, OrbitOf, PeriodicOrbit, Shooting,
+    ShootingState, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;

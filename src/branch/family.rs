@@ -2,11 +2,10 @@
 
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
-use crate::hybrid::joined;
+use crate::hybrid::{ScaledUnits, joined};
 use crate::model::{Energetics, Scene};
 use crate::orbit::{
-    Event, Guess, PeriodicOrbit, ScaledUnits, ShootingState, Signature, begun, check_landings,
-    with_phase,
+    Event, Guess, PeriodicOrbit, ShootingState, Signature, begun, check_landings, with_phase,
 };
 use nalgebra::DVector;
 use std::cell::RefCell;

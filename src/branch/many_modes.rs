@@ -8,11 +8,11 @@ use crate::branch::place::{Direction, Impulses, Place};
 use crate::branch::special::Special;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
+use crate::hybrid::ScaledUnits;
 use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
-    Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ScaledUnits,
-    ShootingState,
+    Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ShootingState,
 };
 use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::{Complex, DMatrix, DVector};

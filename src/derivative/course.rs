@@ -4,11 +4,10 @@
 use crate::error::{Error, Result};
 use crate::flow::differences::Watch;
 use crate::hybrid::chatter_map::{NO_REST, complete, finish};
-use crate::hybrid::{IntegratedMaps, SegmentKind, Timed, joined, land};
+use crate::hybrid::{IntegratedMaps, ScaledUnits, SegmentKind, Timed, joined, land, largest_of};
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, OF_INTEGRATED, ScaledUnits, Shooting, Signature, instants_of, largest_of,
-    with_shooting,
+    ContactStage, Event, OF_INTEGRATED, Shooting, Signature, instants_of, with_shooting,
 };
 use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::{DMatrix, DVector};
@@ -77,7 +76,7 @@ impl Course {
                 stages,
                 n_periods: 1,
                 depends_on_time: false,
-                size: units.smaller(),
+                units,
                 images: None,
             },
             units,
@@ -120,7 +119,7 @@ impl Course {
         }
         let states = all.legs.iter().flat_map(|leg| [&leg.state, &leg.before]);
         all.units = self::units(states, run);
-        all.signature.size = all.units.smaller();
+        all.signature.units = all.units;
         Ok(Ok(all))
     }
 
@@ -189,7 +188,7 @@ impl Course {
             deviations: none,
             delays: DVector::zeros(0),
         };
-        let all = complete(shooting.motion, stop, self.units.position, &mut y)?;
+        let all = complete(shooting.motion, stop, &self.units, &mut y)?;
         if let Some(last) = self.legs.last_mut() {
             last.is_accumulating = true;
         }
@@ -263,7 +262,7 @@ impl Course {
     /// What an event makes of a state before it; what is held loses along its reaction what it is not to have.
     pub fn pass(&self, shooting: &Shooting<'_>, event: usize, y: &mut Timed) -> Result<()> {
         if let Event::Chatter(stop) = self.signature.stages[event].event {
-            finish(shooting.motion, stop, self.units.position, y)?;
+            finish(shooting.motion, stop, &self.units, y)?;
         } else {
             shooting.pass(event, &self.units, y)?;
         }
@@ -339,7 +338,7 @@ pub(super) fn with_doubts<T>(
             work(shooting, &Watch::default())
         });
     }
-    let motion = IntegratedMaps::new(scene, scene.phase()).in_parts_of(signature.size);
+    let motion = IntegratedMaps::new(scene, scene.phase()).in_units(signature.units);
     let (motion, watch) = motion.watched();
     let shooting = Shooting {
         motion: &motion,

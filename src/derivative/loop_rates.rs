@@ -3,11 +3,12 @@
 use crate::branch::{check_same, stretched};
 use crate::derivative::stencil::{Node, Order, Stencil};
 use crate::error::{Error, Result, digits};
+use crate::hybrid::ScaledUnits;
 use crate::linalg::singular::Singular;
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, Guess, Linearised, PeriodicOrbit, ScaledUnits, Shooting, ShootingState,
-    Signature, begun, legs, with_phase, with_shooting,
+    ContactStage, Event, Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature,
+    begun, legs, with_phase, with_shooting,
 };
 use crate::tolerance::ELSEWHERE;
 use nalgebra::{DMatrix, DVector};

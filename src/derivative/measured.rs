@@ -1,10 +1,9 @@
 //! What is measured of a loop: the attributes of its orbit that change smoothly with it, one after the other.
 
 use crate::error::Result;
+use crate::hybrid::ScaledUnits;
 use crate::model::Scene;
-use crate::orbit::{
-    Extremes, Leg, PlaceOnFlight, ScaledUnits, Shooting, ShootingState, legs, struck_in_order,
-};
+use crate::orbit::{Extremes, Leg, PlaceOnFlight, Shooting, ShootingState, legs, struck_in_order};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::ops::Range;

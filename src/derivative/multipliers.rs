@@ -3,7 +3,8 @@
 
 use crate::derivative::loop_rates::Loop;
 use crate::error::{Result, digits};
-use crate::orbit::{PeriodicOrbit, ScaledUnits, Shooting, ShootingState};
+use crate::hybrid::ScaledUnits;
+use crate::orbit::{PeriodicOrbit, Shooting, ShootingState};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// A multiplier is one of several where another is this near to it, in parts of the largest, or where `w (J_1 - J_0) v` is this part of its

@@ -6,7 +6,7 @@ use crate::exponents::batches::Batches;
 use crate::exponents::frame::Frame;
 use crate::exponents::tangents::Tangents;
 use crate::hybrid::{
-    Graze, HybridMaps, ImpactAt, Landing, SegmentKind, across_impact, across_rest,
+    Graze, HybridMaps, ImpactAt, Landing, ScaledUnits, SegmentKind, across_impact, across_rest,
 };
 use crate::impact::Impact;
 use crate::observer::unless_broken_off;
@@ -288,7 +288,8 @@ impl<T: Tangents> Follower<T> {
         } else {
             let columns = &mut self.frame.columns;
             self.tangents.physically(columns, |maps, state, own| {
-                let rest = across_rest(maps, stop, state.amax(), (t, state), own.clone())?;
+                let units = ScaledUnits::of_state(state, &maps.rate(&[], t, state)?);
+                let rest = across_rest(maps, stop, &units, (t, state), own.clone())?;
                 state.clone_from(&rest.state);
                 *own = rest.held(maps, &[stop])?;
                 Ok(())

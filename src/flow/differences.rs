@@ -116,13 +116,13 @@ impl Quotient {
 #[derive(Debug)]
 pub(crate) struct Differences {
     lengths: Vec<Length>,
-    /// The size of the motion, no less than which is taken for its states.
-    size: f64,
+    /// The largest positions and velocities of the motion, as far as they are known, no less than which is taken for its states.
+    sizes: [f64; 2],
     /// Position and velocity of the place, and the acceleration there.
     place: [Vec<f64>; 2],
     base: Vec<f64>,
-    /// The longest step, in units of the state.
-    longest: f64,
+    /// Those that are taken at the place.
+    units: [f64; 2],
     /// Rounding of a difference of accelerations.
     rounding: f64,
     moved: [Vec<f64>; 2],
@@ -140,14 +140,14 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 impl Differences {
-    /// Of so many deviations from a motion of some size.
-    pub fn new(count: usize, size: f64) -> Self {
+    /// Of so many deviations from a motion whose positions and velocities have some sizes.
+    pub fn new(count: usize, sizes: [f64; 2]) -> Self {
         Self {
             lengths: vec![Length::default(); count],
-            size,
+            sizes,
             place: [Vec::new(), Vec::new()],
             base: Vec::new(),
-            longest: DIFFERENCE,
+            units: sizes,
             rounding: 0.0,
             moved: [Vec::new(), Vec::new()],
             sides: [Vec::new(), Vec::new()],
@@ -178,7 +178,7 @@ impl Differences {
         for side in &mut self.sides {
             side.resize(base.len(), 0.0);
         }
-        self.longest = DIFFERENCE * (self.size + largest(q).max(largest(v)));
+        self.units = [self.sizes[0] + largest(q), self.sizes[1] + largest(v)];
         self.rounding = ROUNDINGS * f64::EPSILON * largest(base);
     }
 
@@ -193,12 +193,13 @@ impl Differences {
         acceleration: Acceleration<'_>,
         out: &mut [f64],
     ) -> Result<()> {
-        let size = largest(deviation[0]).max(largest(deviation[1]));
+        let size = [0, 1].map(|half| largest(deviation[half]) / self.units[half]);
+        let size = size[0].max(size[1]);
         if size == 0.0 {
             out.fill(0.0);
             return Ok(());
         }
-        let longest = self.longest / size;
+        let longest = DIFFERENCE / size;
         let step_of = |level: i32| longest * RATIO.powi(-level);
         let Length {
             level,
@@ -241,14 +242,18 @@ impl Differences {
     /// No two lengths agree. At a kink or a jump of the motion, to which its steps come as near as their error asks, that is so for a moment;
     /// a rough function is so wherever the motion goes.
     fn lose(&mut self, k: usize) {
-        let far = APART * self.longest;
-        let [q, v] = &self.place;
+        let Self { place, units, .. } = self;
         let own = &mut self.lengths[k];
-        let moved = |[a, b]: &[Vec<f64>; 2]| {
-            let both = a.iter().zip(q).chain(b.iter().zip(v));
-            both.fold(0.0f64, |m, (x, y)| m.max((x - y).abs()))
+        let is_far = |from: &[Vec<f64>; 2]| {
+            from.iter()
+                .zip(place.iter())
+                .zip(units.iter())
+                .any(|((from, to), unit)| {
+                    let mut moved = from.iter().zip(to).map(|(x, y)| (x - y).abs());
+                    moved.any(|moved| moved > APART * DIFFERENCE * *unit)
+                })
         };
-        if own.lost_at.as_ref().is_some_and(|place| moved(place) > far) {
+        if own.lost_at.as_ref().is_some_and(is_far) {
             self.is_doubtful = true;
             *own = Length {
                 left: REST,
@@ -256,7 +261,7 @@ impl Differences {
                 ..Length::default()
             };
         } else {
-            own.lost_at.get_or_insert_with(|| [q.clone(), v.clone()]);
+            own.lost_at.get_or_insert_with(|| place.clone());
             (own.level, own.left, own.is_rough) = (BESIDE_KINK, 0, false);
         }
     }
@@ -377,7 +382,7 @@ mod tests {
             a[0] = f(q[0], v[0]);
             Ok(())
         };
-        let mut differences = Differences::new(1, 1.0);
+        let mut differences = Differences::new(1, [1.0; 2]);
         let found = places.iter().map(|&[q, v]| {
             differences.begin((&[q], &[v]), &[f(q, v)]);
             let mut out = [0.0];

@@ -8,15 +8,16 @@
 use crate::error::Result;
 use crate::hybrid::chatter_map::finish;
 use crate::hybrid::maps::HybridMaps;
+use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
 use nalgebra::{DMatrix, DVector};
 
-/// The rest of impacts on a stop, from a time and a state before the first of them; `size` is that of the motion.
+/// The rest of impacts on a stop, from a time and a state before the first of them, in a motion of some units.
 pub(crate) fn across_rest<M: HybridMaps>(
     motion: &M,
     stop: usize,
-    size: f64,
+    units: &ScaledUnits,
     (time, state): (f64, &DVector<f64>),
     deviations: DMatrix<f64>,
 ) -> Result<Timed> {
@@ -30,7 +31,7 @@ pub(crate) fn across_rest<M: HybridMaps>(
         deviations: deviations + rate * delays.transpose(),
         delays,
     };
-    finish(motion, stop, size, &mut y)?;
+    finish(motion, stop, units, &mut y)?;
     Ok(y)
 }
 

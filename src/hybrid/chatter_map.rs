@@ -27,6 +27,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::landing::land;
 use crate::hybrid::maps::{GapAt, HybridMaps};
+use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::CompleteChatter;
 use crate::model::DIFFERENCE;
@@ -102,7 +103,7 @@ pub(crate) fn strike<M: HybridMaps + ?Sized>(
 pub(crate) fn complete<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
-    size: f64,
+    units: &ScaledUnits,
     y: &mut Timed,
 ) -> Result<Chatter> {
     // Not yet closed, the motion may arrive at some other gap: the sequence runs on that level.
@@ -116,10 +117,11 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         if !(rest.speed < 0.0 && rest.acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
             return Err(failed(bounces.len(), rest.speed));
         }
-        if rest.residual() <= CHATTER_DEPTH * size {
+        if rest.residual() <= CHATTER_DEPTH * units.position {
             break;
         }
-        let last = (rest.residual() <= NEARLY_DEEP * CHATTER_DEPTH * size).then(|| y.clone());
+        let last =
+            (rest.residual() <= NEARLY_DEEP * CHATTER_DEPTH * units.position).then(|| y.clone());
         let before = y.state.clone();
         let impulses = strike(motion, &[stop], y)?;
         let after = y.state.clone();
@@ -156,7 +158,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         last_time: y.time,
         last: y.state.clone(),
     };
-    finish(motion, stop, size, y)?;
+    finish(motion, stop, units, y)?;
     Ok(chatter)
 }
 
@@ -192,20 +194,20 @@ fn next_contact<M: HybridMaps + ?Sized>(
     Err(failed(MOST_STEPS, least))
 }
 
-/// The rest of the sequence at once, with its Jacobian; `size` is that of the motion.
+/// The rest of the sequence at once, with its Jacobian, in a motion of some units.
 pub(crate) fn finish<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
-    size: f64,
+    units: &ScaledUnits,
     y: &mut Timed,
 ) -> Result<()> {
     let (span, change) = rest(motion, stop, y.time, &y.state)?;
     for (mut column, delay) in y.deviations.column_iter_mut().zip(y.delays.iter_mut()) {
-        let largest = column.amax().max(delay.abs());
+        let largest = units.size_of(column.iter(), *delay);
         if largest == 0.0 {
             continue;
         }
-        let step = DIFFERENCE * y.state.amax().max(size) / largest;
+        let step = DIFFERENCE / largest;
         let moved = |sign: f64| {
             let x = &y.state + &column * (sign * step);
             rest(motion, stop, y.time + sign * step * *delay, &x)
@@ -277,7 +279,7 @@ mod tests {
                     deviations: DMatrix::from_fn(4, 5, |i, j| f64::from(u8::from(i == j))),
                     delays: DVector::from_fn(5, |j, _| f64::from(u8::from(j == 4))),
                 };
-                finish(&motion, 0, 1.0, &mut y).expect("regular");
+                finish(&motion, 0, &ScaledUnits::of_state(&state, &rate), &mut y).expect("regular");
                 let mut miss = 0.0f64;
                 for j in 0..5 {
                     // h' = -v_0, W = (0, (1 + e) b/b_0)

@@ -13,6 +13,7 @@ mod integrated;
 mod landing;
 mod maps;
 pub(crate) mod recorder;
+mod scaled_units;
 mod segment;
 pub(crate) mod system;
 mod timed;
@@ -29,6 +30,7 @@ pub(crate) use integrated::{
 };
 pub(crate) use landing::{Landing, land};
 pub(crate) use maps::{GapAt, HybridMaps, project_onto};
+pub(crate) use scaled_units::{ScaledUnits, largest_of};
 pub use segment::{Graze, SegmentKind};
 pub(crate) use system::{GapSizes, GapState, HybridSystem, NormalImpact, Present};
 pub(crate) use timed::Timed;

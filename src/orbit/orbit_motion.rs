@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::flow::steps::DenseOutput;
 use crate::flow::{ConstrainedMotion, ModalScene, with_flow};
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
@@ -18,7 +19,6 @@ use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
 use crate::orbit::pattern::Pattern;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::stability::monodromy::{Flown, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
@@ -78,7 +78,7 @@ impl OrbitMotion {
         let states: Vec<_> = flights.iter().map(|own| unpaired(&own.after)).collect();
         let period = flights.iter().map(|own| own.span).sum();
         let units = ScaledUnits::of(states.iter(), period);
-        let motion = Arc::new(motion.in_parts_of(units.smaller()));
+        let motion = Arc::new(motion.in_units(units));
         let pieces = |flight: &Flight| {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);

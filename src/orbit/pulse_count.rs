@@ -1,9 +1,9 @@
 //! How many multipliers of a closed motion lie outside the unit circle, by how often the determinant of its small equations winds about zero
 //! along the circle (theory 19, "Many modes"): no eigenproblem of all modes.
 
+use crate::hybrid::ScaledUnits;
 use crate::orbit::pulse_kernel::Kernel;
 use crate::orbit::pulses::{PulseTrain, Pulses};
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::MARGINAL;
 use nalgebra::Complex;
 use std::f64::consts::PI;

@@ -2,10 +2,10 @@
 //! any number (theory 19, "Many modes").
 
 use crate::flow::along;
+use crate::hybrid::ScaledUnits;
 use crate::linalg::plane::{Pair, times};
 use crate::modal::ModalState;
 use crate::orbit::pulses::{Hit, PulseTrain, Pulses};
-use crate::orbit::scaled_units::ScaledUnits;
 use nalgebra::{ComplexField, DMatrix, DVector};
 
 /// The equations of a train linearised: `rows xi = right`, impulses before times.

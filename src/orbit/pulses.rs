@@ -4,6 +4,7 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};
+use crate::hybrid::ScaledUnits;
 use crate::impact::wrapped;
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalForm, ModalState, Response};
@@ -12,7 +13,6 @@ use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::scaled_units::ScaledUnits;
 use nalgebra::{Complex, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;

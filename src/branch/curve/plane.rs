@@ -6,8 +6,9 @@ use crate::branch::equations::{ByValue, Equations};
 use crate::branch::family::{Family, Recent, span_of, stretched};
 use crate::branch::place::{Direction, Place};
 use crate::error::{Error, Result};
+use crate::hybrid::ScaledUnits;
 use crate::model::Scene;
-use crate::orbit::{Breach, PeriodicOrbit, Rule, ScaledUnits, Signature};
+use crate::orbit::{Breach, PeriodicOrbit, Rule, Signature};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 

@@ -9,6 +9,7 @@ use crate::flow::integrate::{KeptStep, integrate};
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
+use crate::hybrid::scaled_units::ScaledUnits;
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights, slow_time,
@@ -31,8 +32,8 @@ pub(crate) struct IntegratedMaps {
     pub frequency: f64,
     pub phase: f64,
     tolerance: Tolerance,
-    /// The size of the motions, as far as it is known.
-    size: f64,
+    /// The units of the motions, as far as they are known.
+    units: ScaledUnits,
     /// What moves it where no stop is held, if that has Taylor series.
     series: Option<SeriesFlow>,
     breaks: Breaks,
@@ -49,7 +50,7 @@ impl IntegratedMaps {
             frequency: scene.frequency().unwrap_or(0.0),
             phase,
             tolerance: TOLERANCE,
-            size: 1.0,
+            units: ScaledUnits::default(),
             series: SeriesFlow::new(scene, TOLERANCE),
             breaks: Breaks(scene.excitation().breaks()),
             watch: None,
@@ -66,15 +67,15 @@ impl IntegratedMaps {
         (maps, watch)
     }
 
-    /// The same for motions of some size: the tolerance is as small beside it as the usual one beside one.
-    pub fn in_parts_of(self, size: f64) -> Self {
-        let absolute = TOLERANCE.absolute * size;
+    /// The same for motions of some units: the tolerance is as small beside them as the usual one beside one.
+    pub fn in_units(self, units: ScaledUnits) -> Self {
+        let absolute = TOLERANCE.absolute * units.position.min(units.velocity);
         Self {
             tolerance: Tolerance {
                 absolute,
                 ..TOLERANCE
             },
-            size,
+            units,
             ..self
         }
     }
@@ -187,7 +188,7 @@ impl IntegratedMaps {
         }
         // As large as the motion: the absolute tolerance is a part of that.
         let powers: Vec<f64> = (deviations.column_iter())
-            .map(|own| power_of_two(own.amax() / self.size))
+            .map(|own| power_of_two(self.units.size_of(own.iter(), 0.0)))
             .collect();
         let scale = |deviations: &mut DMatrix<f64>, by: &dyn Fn(f64) -> f64| {
             for (mut column, power) in deviations.column_iter_mut().zip(&powers) {
@@ -199,7 +200,10 @@ impl IntegratedMaps {
         let motion = self.constrained(held);
         // The accelerations of other systems are smooth, contact forces are had by differences themselves.
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
-        let differences = Differences::new(deviations.ncols(), self.size);
+        let differences = Differences::new(
+            deviations.ncols(),
+            [self.units.position, self.units.velocity],
+        );
         let (watch, differences) = if is_own {
             (self.watch.as_deref(), differences)
         } else {

@@ -2,8 +2,8 @@
 //! loops beside.
 
 use crate::error::Result;
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::Timed;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::closure::{Clocked, Shooting, ShootingState};
 use nalgebra::{DMatrix, DVector};
 

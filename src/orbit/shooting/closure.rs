@@ -10,12 +10,12 @@
 //! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::Result;
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::chatter_map::{Chatter, complete, strike};
 use crate::hybrid::{GapAt, HybridMaps, Timed};
 use crate::model::DIFFERENCE;
 use crate::observer::unless_broken_off;
 use crate::orbit::contact_mode::{ContactStage, Event};
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 
@@ -165,7 +165,7 @@ impl Shooting<'_> {
                 (impulses, None)
             }
             Event::Chatter(stop) => {
-                let chatter = complete(self.motion, *stop, units.position, y)?;
+                let chatter = complete(self.motion, *stop, units, y)?;
                 (Vec::new(), Some(chatter))
             }
             Event::Release(_) | Event::Nothing => (Vec::new(), None),
@@ -197,9 +197,9 @@ impl Shooting<'_> {
                 };
                 let mut row = DVector::zeros(y.deviations.ncols());
                 for (j, column) in y.deviations.column_iter().enumerate() {
-                    let size = column.amax().max(y.delays[j].abs());
+                    let size = units.size_of(column.iter(), y.delays[j]);
                     if size > 0.0 {
-                        let step = DIFFERENCE * y.state.amax().max(units.position) / size;
+                        let step = DIFFERENCE / size;
                         let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
                         row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
                     }

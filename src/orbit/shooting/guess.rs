@@ -3,11 +3,11 @@
 //! one.
 
 use crate::error::{Error, Result};
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::{SegmentKind, joined};
 use crate::model::{Scene, contacts};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
@@ -77,7 +77,7 @@ impl Start {
     pub fn signature(&self, depends_on_time: bool) -> Signature {
         let units = ScaledUnits::of(self.states.iter(), self.period);
         Signature {
-            size: units.smaller(),
+            units,
             stages: self.stages.clone(),
             n_periods: self.n_periods,
             depends_on_time,

@@ -2,12 +2,12 @@
 //! passed through.
 
 use crate::error::{Error, Result};
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::joined;
 use crate::impact::wrapped;
 use crate::model::{Change, Scene};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::pattern::Pattern;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::guess::{FOLLOWED, Guess, Start, period_of_state, started};
 use crate::orbit::shooting::guess_instants::Instant;
 use crate::orbit::shooting::own_time::with_phase;
@@ -69,7 +69,7 @@ fn instants_in_order(
         stages: stages.collect(),
         n_periods: 1,
         depends_on_time: false,
-        size: ScaledUnits::of(std::iter::once(&joined(&(q.clone(), v.clone()))), period).smaller(),
+        units: ScaledUnits::of(std::iter::once(&joined(&(q.clone(), v.clone()))), period),
         images: None,
     };
     let options = SimulateOptions {

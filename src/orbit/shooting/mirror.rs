@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
+use crate::hybrid::ScaledUnits;
 use crate::model::Scene;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::closure::ShootingState;
 use nalgebra::DVector;
 

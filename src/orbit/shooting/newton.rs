@@ -1,10 +1,10 @@
 //! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
 
 use crate::error::{Error, Result};
+use crate::hybrid::ScaledUnits;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
 use crate::observer::stop_if;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::orbit::shooting::carried::{Carried, FlightMap};
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState,

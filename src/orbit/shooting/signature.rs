@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
-use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, constrained_motions};
+use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, ScaledUnits, constrained_motions};
 use crate::impact::wrapped;
 use crate::modal::ModalState;
 use crate::model::Scene;
@@ -30,8 +30,8 @@ pub(crate) struct Signature {
     pub n_periods: usize,
     /// Whether the equations of the scene depend on time by themselves.
     pub depends_on_time: bool,
-    /// The size of the states that it was read from: of motions that are integrated, absolute tolerances are parts of it.
-    pub size: f64,
+    /// The units of the states that it was read from: of motions that are integrated, absolute tolerances are parts of them.
+    pub units: ScaledUnits,
     /// Of a motion that is its own mirror image half a period later, of which the stages are one half: the image of each stop.
     pub images: Option<Vec<usize>>,
 }
@@ -64,7 +64,7 @@ pub(crate) fn with_shooting<T>(
     let stages = &signature.stages;
     let images = signature.images.as_deref();
     if scene.linear_system("find_orbit").is_err() {
-        let motion = &IntegratedMaps::new(scene, scene.phase()).in_parts_of(signature.size);
+        let motion = &IntegratedMaps::new(scene, scene.phase()).in_units(signature.units);
         let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
             let parts = parts(scene, signature, found, flight_ends, motion, paired)?;
             let scene = with_phase(scene, parts.phase, signature.depends_on_time)?;

@@ -2,7 +2,7 @@
 //! saltation matrices, from the flights and impacts as the shooting has them.
 
 use crate::error::Result;
-use crate::hybrid::{HybridMaps, ImpactAt, SegmentKind, across_impact, across_rest};
+use crate::hybrid::{HybridMaps, ImpactAt, ScaledUnits, SegmentKind, across_impact, across_rest};
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};
 
@@ -26,14 +26,14 @@ pub(crate) fn monodromy<M: HybridMaps>(
     let len = flights.first().map_or(0, |flight| flight.state.len());
     let mut deviations = DMatrix::identity(len, len);
     let (mut instant, mut before) = (0, DVector::zeros(len));
-    let sizes = flights.iter().map(|flight| flight.state.amax());
-    let size = sizes.fold(0.0, f64::max);
+    let period = flights.iter().map(|flight| flight.end - flight.start).sum();
+    let units = ScaledUnits::of(flights.iter().map(|flight| &flight.state), period);
     for (k, flight) in flights.iter().enumerate() {
         let next = flights[(k + 1) % flights.len()].mode;
         let mode = flight.mode;
         if mode.kind == SegmentKind::Chatter {
             let from = (flight.start, &before);
-            let rest = across_rest(motion, mode.stops[0], size, from, deviations)?;
+            let rest = across_rest(motion, mode.stops[0], &units, from, deviations)?;
             deviations = rest.held(motion, next.held())?;
             continue;
         }

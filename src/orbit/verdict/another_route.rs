@@ -2,11 +2,11 @@
 //! instants by the law that holds there. What was made by half a period or by impulses alone is followed for a whole one so.
 
 use crate::error::Result;
+use crate::hybrid::ScaledUnits;
 use crate::hybrid::{HybridMaps, SegmentKind};
 use crate::modal::ModalState;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
-use crate::orbit::scaled_units::ScaledUnits;
 use crate::tolerance::FLIGHTS_CLOSED;
 use nalgebra::{DMatrix, DVector};
 

@@ -11,6 +11,17 @@ pub(crate) struct ScaledUnits {
     pub time: f64,
 }
 
+/// Those of a motion of which nothing is known.
+impl Default for ScaledUnits {
+    fn default() -> Self {
+        Self {
+            position: 1.0,
+            velocity: 1.0,
+            time: 1.0,
+        }
+    }
+}
+
 impl ScaledUnits {
     /// Those of a motion that goes through some states in a period.
     pub fn of<'a>(states: impl Iterator<Item = &'a DVector<f64>> + Clone, period: f64) -> Self {
@@ -26,7 +37,6 @@ impl ScaledUnits {
         let time = period / TAU;
         let largest = largest_of(states);
         let [position, velocity] = [0, 1].map(|half| least[half].max(largest[half]));
-        let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
         let position = or_one(position.max(velocity * time));
         Self {
             position,
@@ -35,9 +45,32 @@ impl ScaledUnits {
         }
     }
 
-    /// The smaller of both: of what is integrated to a tolerance, absolute parts are of it.
-    pub fn smaller(&self) -> f64 {
-        self.position.min(self.velocity)
+    /// Those of one state with its rate, of which nothing is known beside: the time is that in which its speed changes.
+    pub fn of_state(state: &DVector<f64>, rate: &DVector<f64>) -> Self {
+        let [position, velocity] = largest_of(std::iter::once(state));
+        let [_, acceleration] = largest_of(std::iter::once(rate));
+        let time = or_one(velocity / acceleration);
+        Self {
+            position: or_one(position.max(velocity * time)),
+            velocity: or_one(velocity),
+            time,
+        }
+    }
+
+    /// How large a deviation of a state and of its time is in them.
+    pub fn size_of<'a>(&self, deviation: impl IntoIterator<Item = &'a f64>, delay: f64) -> f64 {
+        let mut all = deviation.into_iter();
+        let n = all.size_hint().0 / 2;
+        let largest =
+            |half: &mut dyn Iterator<Item = &'a f64>| half.fold(0.0f64, |m, x| m.max(x.abs()));
+        let position = largest(&mut all.by_ref().take(n));
+        let velocity = largest(&mut all);
+        let each = [
+            position / self.position,
+            velocity / self.velocity,
+            delay.abs() / self.time,
+        ];
+        each.into_iter().fold(0.0, f64::max)
     }
 
     /// A Jacobian of states in them.
@@ -48,6 +81,11 @@ impl ScaledUnits {
             jacobian[(i, j)] * unit(j) / unit(i)
         })
     }
+}
+
+/// A positive number, or one.
+fn or_one(x: f64) -> f64 {
+    if x > 0.0 && x.is_finite() { x } else { 1.0 }
 }
 
 /// The largest position and the largest velocity of some states.
