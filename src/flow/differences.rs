@@ -56,6 +56,14 @@ impl Doubt {
         time
     }
 
+    /// The same at another time.
+    pub fn at(self, time: f64) -> Self {
+        match self {
+            Self::Jump { .. } => Self::Jump { time },
+            Self::Differences { .. } => Self::Differences { time },
+        }
+    }
+
     /// What is to be said of it.
     pub fn reason(self) -> String {
         match self {

@@ -16,6 +16,7 @@ mod linear;
 pub(crate) mod looks;
 mod many_drive;
 mod modal_scene;
+pub(crate) mod own_time;
 mod pendulum_series;
 pub(crate) mod registers;
 mod scene_flow;

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
 use crate::flow::differences::{Differences, Watch};
 use crate::flow::integrate::{KeptStep, integrate};
+use crate::flow::own_time::OwnTime;
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
@@ -14,7 +15,7 @@ use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights, slow_time,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
 
 /// Tolerances of the flights of an orbit: an orbit closes to 1e-11.
@@ -186,10 +187,27 @@ impl IntegratedMaps {
         if !held.is_empty() {
             differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
         }
-        // As large as the motion: the absolute tolerance is a part of that.
-        let powers: Vec<f64> = (deviations.column_iter())
-            .map(|own| power_of_two(self.units.size_of(own.iter(), 0.0)))
-            .collect();
+        let motion = self.constrained(held);
+        self.vary::<P, _>((&motion, held), tolerance, (at, span), (state, deviations))?;
+        Ok(None)
+    }
+
+    /// The same along steps, of what moves it while some stops are held: in its own units, in which one tolerance does for all.
+    fn vary<P: Stepper<Vec<f64>, Choice: Default>, D: Dynamics>(
+        &self,
+        (motion, held): (&D, &[usize]),
+        tolerance: Tolerance,
+        (start, span): (Moment, f64),
+        (state, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
+    ) -> Result<()> {
+        let ScaledUnits {
+            position, velocity, ..
+        } = self.units;
+        let unit = power_of_two(position / velocity);
+        // Deviations as large as the motion.
+        let size = |own: &DVectorView<'_, f64>| self.units.size_of(own.iter(), 0.0);
+        let columns = deviations.column_iter();
+        let powers: Vec<f64> = columns.map(|own| power_of_two(size(&own))).collect();
         let scale = |deviations: &mut DMatrix<f64>, by: &dyn Fn(f64) -> f64| {
             for (mut column, power) in deviations.column_iter_mut().zip(&powers) {
                 column *= by(*power);
@@ -197,25 +215,40 @@ impl IntegratedMaps {
         };
         scale(deviations, &f64::recip);
         let mut x = joined(state.as_slice(), deviations.as_slice());
-        let motion = self.constrained(held);
+        let half = x.len() / 2;
+        x[half..].iter_mut().for_each(|v| *v *= unit);
+        let motion = OwnTime {
+            dynamics: motion,
+            start,
+            unit,
+        };
         // The accelerations of other systems are smooth, contact forces are had by differences themselves.
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
-        let differences = Differences::new(
-            deviations.ncols(),
-            [self.units.position, self.units.velocity],
-        );
+        let differences = Differences::new(deviations.ncols(), [position, velocity * unit]);
+        let noted = Watch::default();
         let (watch, differences) = if is_own {
-            (self.watch.as_deref(), differences)
+            (self.watch.as_ref().map(|_| &noted), differences)
         } else {
             (None, differences.of_one_length())
         };
         let dynamics = Variational::new(&motion, differences, watch);
-        integrate::<P, _>(&dynamics, (at, span), tolerance, &mut x, |step| {
+        let tolerance = Tolerance {
+            absolute: tolerance.absolute * position / position.min(velocity),
+            ..tolerance
+        };
+        let part = (OwnTime::<D>::zero(), span / unit);
+        integrate::<P, _>(&dynamics, part, tolerance, &mut x, |step| {
             dynamics.look_across(&step)
         })?;
+        if let (Some(watch), Some(doubts)) = (&self.watch, noted.noted()) {
+            for doubt in doubts {
+                watch.note(doubt.at(start.time + doubt.time() * unit));
+            }
+        }
+        x[half..].iter_mut().for_each(|v| *v /= unit);
         parted(&x, state.as_mut_slice(), deviations.as_mut_slice());
         scale(deviations, &|power| power);
-        Ok(None)
+        Ok(())
     }
 
     pub fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
