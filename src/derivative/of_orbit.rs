@@ -11,7 +11,7 @@ use crate::derivative::stencil::{Differences, Node, Order, Stencil};
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::NO_REST;
-use crate::model::{Parameter, Scene};
+use crate::model::{Parameter, Scene, System};
 use crate::orbit::PeriodicOrbit;
 use crate::quantity::finite;
 use nalgebra::{Complex, DMatrix};
@@ -271,6 +271,15 @@ fn assembled<T: nalgebra::Scalar + Copy>(
     })
 }
 
+/// Why deviations along an orbit of equations of one's own have no derivatives, if its multipliers have found a reason.
+fn roughness(orbit: &PeriodicOrbit) -> Result<Option<String>> {
+    if !matches!(orbit.scene().system(), System::Nonlinear(_)) {
+        return Ok(None);
+    }
+    let known = orbit.stability()?;
+    Ok((known.orders.is_empty()).then(|| known.reason.clone()))
+}
+
 /// The derivatives by numbers of some sizes, of which `make` makes a scene where one of them is off by so much.
 fn by_numbers(
     orbit: &PeriodicOrbit,
@@ -285,7 +294,10 @@ fn by_numbers(
         Err(error) if has_no_rest(&error) => (vec![BORDER.to_owned()], None),
         own => {
             let own = own?;
-            let reason = refusal(&own, extremes)?;
+            let reason = match refusal(&own, extremes)? {
+                None => roughness(orbit)?,
+                reason => reason,
+            };
             (Vec::from_iter(reason), Some(own))
         }
     };

@@ -296,14 +296,14 @@ def test_stores_of_0_2_0_go_on_where_they_knew_the_code(name, tmp_path):
 
 
 def test_stores_of_0_2_0_go_on_in_later_versions(tmp_path, monkeypatch):
-    path = tmp_path / "map.zarr"
-    whole = vi.existence_map(*MAP, store=path)
+    path = tmp_path / "basins.zarr"
+    whole = vi.basins(SCENE, **PLANE, store=path)
     header = json.loads((path / "zarr.json").read_text())
     header["attributes"]["vibroimpact"]["version"] = "0.2.0"
     (path / "zarr.json").write_text(json.dumps(header))
     monkeypatch.setattr(_store._core, "__version__", "0.3.0")
     chunks(path)[0].unlink()
-    assert equal(vi.existence_map(*MAP, store=path), whole)
+    assert equal(vi.basins(SCENE, **PLANE, store=path), whole)
 
 
 def test_stores_of_the_default_of_0_2_0_name_it_and_go_on_with_it(tmp_path):

@@ -1,7 +1,8 @@
-"""First deviations from a motion in other units: lengths times L and times times S give the same numbers, whatever moves the scene."""
+"""First deviations from a motion in other units: with lengths times L and times times S they are the same numbers."""
 
 import numpy as np
 import pytest
+
 import vibroimpact as vi
 
 UNITS = [(1e-6, 1.0), (1.0, 1e-6), (1e3, 1e-3), (1e-6, 1e3), (1e-9, 1e-9)]
@@ -34,9 +35,11 @@ def test_derivatives_of_runs_of_own_equations(restitution, has_jacobian):
     usual = rates(1.0, 1.0, restitution=restitution, has_jacobian=has_jacobian)
     # Central differences of runs, which know nothing of deviations.
     scene = bent(1.0, 1.0, restitution)
-    final = lambda clearance: np.concatenate(
-        vi.simulate(scene.replace(clearance=clearance), 0.0, 0.5, (0, 6), rtol=1e-12, atol=1e-14).final
-    )
+
+    def final(clearance):
+        there = scene.replace(clearance=clearance)
+        return np.concatenate(vi.simulate(there, 0.0, 0.5, (0, 6), rtol=1e-12, atol=1e-14).final)
+
     h = 1e-4
     by_runs = (8 * (final(0.3 + h) - final(0.3 - h)) - final(0.3 + 2 * h) + final(0.3 - 2 * h)) / (12 * h)
     np.testing.assert_allclose(usual[:2], by_runs, atol=1e-7 * abs(by_runs).max())
@@ -104,3 +107,12 @@ def test_branches_through_accumulating_impacts():
         assert len(other) == len(usual), units
         assert [one.kind for one in other.special] == ["chatter_border"], units
         assert abs(other.special[0].parameter - usual.special[0].parameter) < 1e-8, units
+
+
+def test_orbits_have_no_derivatives_where_own_equations_jump():
+    system = vi.NonlinearSystem(1, lambda t, q, v: -q - 0.1 * v - 0.3 * np.sign(v), mass=1.0)
+    scene = vi.Scene(system, vi.Harmonic([2.0], 1.3), vi.Stop(0, 1.0, 0.6))
+    run = vi.simulate(scene, 0.0, 0.1, (0, 60 * scene.period))
+    found = vi.find_orbit(scene, run).derivatives(["forcing_scale"])
+    assert "jumps" in found.reason
+    assert np.isnan(found.q0).all()
