@@ -237,13 +237,28 @@ impl Dynamics for NonlinearMotion {
         Ok(())
     }
 
-    /// As the system's equations give it.
+    /// As the system's equations give it, with that of `M(q)^-1` times the force.
     fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
-        // Of forces over a mass matrix that changes there are none.
-        if self.force.is_some() && !self.is_over_mass {
+        let Some(mut jacobian) = self.system.given_jacobian(at.time, q, v)? else {
             return Ok(None);
+        };
+        if self.force.is_some() && !self.is_over_mass {
+            let size = q.iter().fold(1.0f64, |m, x| m.max(x.abs()));
+            let step = DIFFERENCE * size;
+            let push = self.force.push(at);
+            let moved = |j: usize, step: f64| {
+                let mut q = q.to_vec();
+                q[j] += step;
+                self.forced(push, &q)
+            };
+            for j in 0..q.len() {
+                let (ahead, behind) = (moved(j, step)?, moved(j, -step)?);
+                for (i, (a, b)) in ahead.into_iter().zip(behind).enumerate() {
+                    jacobian[(i, j)] += (a - b) / (2.0 * step);
+                }
+            }
         }
-        self.system.given_jacobian(at.time, q, v)
+        Ok(Some(jacobian))
     }
 }
 
