@@ -226,9 +226,8 @@ impl IntegratedMaps {
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
         let differences = Differences::new(deviations.ncols(), [position, velocity * unit]);
         let noted = Watch::default();
-        // Where nobody asks how good deviations are, one length does.
-        let (watch, differences) = if is_own && self.watch.is_some() {
-            (Some(&noted), differences)
+        let (watch, differences) = if is_own {
+            (self.watch.as_ref().map(|_| &noted), differences)
         } else {
             (None, differences.of_one_length())
         };
