@@ -106,3 +106,12 @@ def test_branches_through_accumulating_impacts():
         assert len(other) == len(usual), units
         assert [one.kind for one in other.special] == ["chatter_border"], units
         assert abs(other.special[0].parameter - usual.special[0].parameter) < 1e-8, units
+
+
+def test_orbits_have_no_derivatives_where_own_equations_jump():
+    system = vi.NonlinearSystem(1, lambda t, q, v: -q - 0.1 * v - 0.3 * np.sign(v), mass=1.0)
+    scene = vi.Scene(system, vi.Harmonic([2.0], 1.3), vi.Stop(0, 1.0, 0.6))
+    run = vi.simulate(scene, 0.0, 0.1, (0, 60 * scene.period))
+    found = vi.find_orbit(scene, run).derivatives(["forcing_scale"])
+    assert "jumps" in found.reason
+    assert np.isnan(found.q0).all()
