@@ -112,8 +112,6 @@ pub(crate) const ROUGH_JACOBIAN: f64 = 1e-6;
 /// Part of their sizes by which differences of an acceleration to both sides may differ unless a shorter step is asked: the mean of both is
 /// then off by the square of that.
 pub(crate) const BENT: f64 = 1e-4;
-/// Roundings of a value that are in the difference of two.
-pub(crate) const ROUNDINGS: f64 = 16.0;
 /// Part of their sizes up to which differences of two lengths are the same: what `BENT` makes of them.
 pub(crate) const SAME_DIFFERENCE: f64 = 1e-8;
 /// Part of their sizes above which differences of no two lengths agree: of the longer, on a rough function, a sixteenth of that is not known.
@@ -223,6 +221,9 @@ pub(crate) const UNSEEN: f64 = 1e-13;
 pub(crate) const SPLIT_ROWS: f64 = 1e-13;
 /// Largest scaled mismatch of what counts as closed.
 pub(crate) const ORBIT_CLOSED: f64 = 1e-11;
+/// The same of flights that are integrated: steps of 2e-13 each leave this much of some thousand, where kinks and jumps of a force make their
+/// errors those of other steps for every start.
+pub(crate) const ORBIT_CLOSED_BY_STEPS: f64 = 5e-11;
 /// Rounds of a loop are one if it closes after the first to this part of its size.
 pub(crate) const SAME_ROUND: f64 = 1e-8;
 /// An orbit that misses closing by more than this, in its own size, is not one of the scene.

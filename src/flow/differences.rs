@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::model::DIFFERENCE;
-use crate::tolerance::{BENT, DOUBTFUL, ROUNDINGS, SAME_DIFFERENCE};
+use crate::tolerance::{BENT, DOUBTFUL, SAME_DIFFERENCE, TERM_ROUNDINGS};
 use std::sync::{Mutex, PoisonError};
 
 /// Between steps that are compared.
@@ -187,7 +187,7 @@ impl Differences {
             side.resize(base.len(), 0.0);
         }
         self.units = [self.sizes[0] + largest(q), self.sizes[1] + largest(v)];
-        self.rounding = ROUNDINGS * f64::EPSILON * largest(base);
+        self.rounding = TERM_ROUNDINGS * largest(base);
     }
 
     /// Writes the derivative of the acceleration along the k-th deviation.

@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::impact::{StopsAt, project};
+use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// A gap at a time and a position.
@@ -84,6 +85,10 @@ pub(crate) trait HybridMaps {
     ) -> Result<Option<DMatrix<f64>>> {
         self.flow(held, span, state, deviations)?;
         Ok(None)
+    }
+    /// The largest scaled mismatch of what counts as closed.
+    fn closes_to(&self) -> f64 {
+        ORBIT_CLOSED
     }
     /// The rate of change of a state while some stops are held.
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;

@@ -57,12 +57,19 @@ impl ScaledUnits {
         }
     }
 
-    /// How large a deviation of a state and of its time is in them.
+    /// How large a deviation of a state and of its time is in them; what is no number is beyond all.
     pub fn size_of<'a>(&self, deviation: impl IntoIterator<Item = &'a f64>, delay: f64) -> f64 {
         let mut all = deviation.into_iter();
         let n = all.size_hint().0 / 2;
-        let largest =
-            |half: &mut dyn Iterator<Item = &'a f64>| half.fold(0.0f64, |m, x| m.max(x.abs()));
+        let largest = |half: &mut dyn Iterator<Item = &'a f64>| {
+            half.fold(0.0f64, |m, x| {
+                if x.is_nan() {
+                    f64::INFINITY
+                } else {
+                    m.max(x.abs())
+                }
+            })
+        };
         let position = largest(&mut all.by_ref().take(n));
         let velocity = largest(&mut all);
         let each = [

@@ -152,6 +152,12 @@ fn exp_in_range(x: f64) -> f64 {
     f64::from_bits(power.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 
+/// The power of two that is nearest to a positive number, one for others.
+pub(crate) fn power_of_two(x: f64) -> f64 {
+    let power = x.log2().round().exp2();
+    if power.is_normal() { power } else { 1.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

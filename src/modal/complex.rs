@@ -2,6 +2,7 @@
 //! for two real roots, unless its eigenvectors are too close to dependent.
 
 use crate::error::{Error, Result};
+use crate::linalg::elementary::power_of_two;
 use crate::linalg::{eigen, graded};
 use crate::modal::block::Block;
 use crate::model::LinearSystem;
@@ -66,11 +67,7 @@ pub(crate) fn scaled_state_matrix(system: &LinearSystem) -> Result<(DMatrix<f64>
     let stiffness = a.view((n, 0), (n, n)).norm().sqrt();
     let damping = a.view((n, n), (n, n)).norm();
     let rate = stiffness.max(damping);
-    let rate = if rate > 0.0 {
-        rate.log2().round().exp2()
-    } else {
-        1.0
-    };
+    let rate = power_of_two(rate);
     a.view_mut((0, n), (n, n)).scale_mut(rate);
     a.view_mut((n, 0), (n, n)).unscale_mut(rate);
     Ok((a, rate))

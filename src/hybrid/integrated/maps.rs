@@ -11,10 +11,12 @@ use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::hybrid::scaled_units::ScaledUnits;
+use crate::linalg::elementary::power_of_two;
 use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights, slow_time,
 };
+use crate::tolerance::ORBIT_CLOSED_BY_STEPS;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
 
@@ -23,6 +25,11 @@ const TOLERANCE: Tolerance = Tolerance {
     relative: 2e-13,
     absolute: 1e-15,
 };
+
+/// The part of deviations that is known of them where accelerations are differentiated by differences.
+const KNOWN: f64 = 1e-10;
+/// The smallest part of a motion that deviations are made.
+const SMALLEST: f64 = 1e-6;
 
 /// A scene whose flights are integrated, from a forcing phase.
 #[derive(Debug, Clone)]
@@ -204,8 +211,10 @@ impl IntegratedMaps {
             position, velocity, ..
         } = self.units;
         let unit = power_of_two(position / velocity);
-        // Deviations as large as the motion.
-        let size = |own: &DVectorView<'_, f64>| self.units.size_of(own.iter(), 0.0);
+        let absolute = tolerance.absolute / position.min(velocity);
+        // Deviations are as small beside the motion as makes the absolute tolerance that of what they are known to.
+        let small = (absolute / tolerance.relative.max(KNOWN)).clamp(SMALLEST, 1.0);
+        let size = |own: &DVectorView<'_, f64>| self.units.size_of(own.iter(), 0.0) / small;
         let columns = deviations.column_iter();
         let powers: Vec<f64> = columns.map(|own| power_of_two(size(&own))).collect();
         let scale = |deviations: &mut DMatrix<f64>, by: &dyn Fn(f64) -> f64| {
@@ -233,7 +242,7 @@ impl IntegratedMaps {
         };
         let dynamics = Variational::new(&motion, differences, watch);
         let tolerance = Tolerance {
-            absolute: tolerance.absolute * position / position.min(velocity),
+            absolute: absolute * position,
             ..tolerance
         };
         let part = (OwnTime::<D>::zero(), span / unit);
@@ -332,7 +341,20 @@ impl HybridMaps for IntegratedMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Option<DMatrix<f64>>> {
-        self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, deviations)
+        if deviations.ncols() == 0 || self.series_of(held).is_some() {
+            return self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, deviations);
+        }
+        // The motion is the one that it is without them: a loop closes by the same map that it is corrected by.
+        let beside = &mut state.clone();
+        let jacobian =
+            self.flow_by::<OrbitMethod>(self.tolerance, (held, span), beside, deviations)?;
+        let none = &mut DMatrix::zeros(state.len(), 0);
+        self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, none)?;
+        Ok(jacobian)
+    }
+
+    fn closes_to(&self) -> f64 {
+        ORBIT_CLOSED_BY_STEPS
     }
 
     fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
@@ -422,12 +444,6 @@ impl HybridMaps for IntegratedMaps {
     fn restitution(&self, stop: usize) -> f64 {
         self.contacts[stop].restitution
     }
-}
-
-/// The power of two that is nearest to a positive number, one for others.
-fn power_of_two(x: f64) -> f64 {
-    let power = x.log2().round().exp2();
-    if power.is_normal() { power } else { 1.0 }
 }
 
 /// Applies a map to a state, and its Jacobian, by central differences, to deviations.

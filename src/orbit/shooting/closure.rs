@@ -10,9 +10,8 @@
 //! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::Result;
-use crate::hybrid::ScaledUnits;
 use crate::hybrid::chatter_map::{Chatter, complete, strike};
-use crate::hybrid::{GapAt, HybridMaps, Timed};
+use crate::hybrid::{GapAt, HybridMaps, ScaledUnits, Timed};
 use crate::model::DIFFERENCE;
 use crate::observer::unless_broken_off;
 use crate::orbit::contact_mode::{ContactStage, Event};

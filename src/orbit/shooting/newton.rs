@@ -9,7 +9,6 @@ use crate::orbit::shooting::carried::{Carried, FlightMap};
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState,
 };
-use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
@@ -107,7 +106,7 @@ impl Shooting<'_> {
         // Without forcing a state of rest closes at any period.
         let is_lost =
             self.clocked == Clocked::Free && units.velocity <= LOST * first_units.velocity;
-        if mismatch <= ORBIT_CLOSED && !is_lost {
+        if mismatch <= self.motion.closes_to() && !is_lost {
             let flight_ends = self.flight_ends(&current, &units)?;
             return Ok((current, flight_ends));
         }
@@ -274,7 +273,7 @@ impl Shooting<'_> {
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<(ShootingState, f64)>> {
         // What is closed is only polished.
-        let tries = if mismatch <= ORBIT_CLOSED {
+        let tries = if mismatch <= self.motion.closes_to() {
             1
         } else {
             MOST_HALVINGS

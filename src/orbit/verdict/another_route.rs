@@ -2,22 +2,12 @@
 //! instants by the law that holds there. What was made by half a period or by impulses alone is followed for a whole one so.
 
 use crate::error::Result;
-use crate::hybrid::ScaledUnits;
-use crate::hybrid::{HybridMaps, SegmentKind};
+use crate::hybrid::{HybridMaps, ScaledUnits, SegmentKind};
 use crate::modal::ModalState;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::tolerance::FLIGHTS_CLOSED;
 use nalgebra::{DMatrix, DVector};
-
-/// A difference of states in parts of units; what is no number is beyond all.
-fn part(units: ScaledUnits, by: &DVector<f64>) -> f64 {
-    let n = by.len() / 2;
-    let both = by.rows(0, n).amax() / units.position;
-    let both = both.max(by.rows(n, n).amax() / units.velocity);
-    let is_known = by.iter().all(|x| x.is_finite());
-    if is_known { both } else { f64::INFINITY }
-}
 
 /// What a Jacobian makes of a deviation at the most.
 fn growth(units: ScaledUnits, jacobian: &DMatrix<f64>) -> f64 {
@@ -39,6 +29,7 @@ pub(in crate::orbit) fn missed<M: HybridMaps>(
     let before: Vec<DVector<f64>> = flights.iter().map(|own| state(&own.before_next)).collect();
     let period = flights.iter().map(|flight| flight.span).sum();
     let units = ScaledUnits::no_less(least, after.iter().chain(&before), period);
+    let apart = |by: DVector<f64>| units.size_of(by.iter(), 0.0);
     let is_rest = |flight: &Flight| flight.mode.kind == SegmentKind::Chatter;
     let mut worst = 0.0f64;
     let mut instant = 0;
@@ -56,10 +47,10 @@ pub(in crate::orbit) fn missed<M: HybridMaps>(
             continue;
         }
         if !is_rest(next) {
-            let jump = part(units, &(y - &after[(k + 1) % flights.len()]));
+            let jump = apart(y - &after[(k + 1) % flights.len()]);
             worst = worst.max(if jump > FLIGHTS_CLOSED { jump } else { 0.0 });
         }
-        let off = part(units, &(once_more(k)? - &before[k]));
+        let off = apart(once_more(k)? - &before[k]);
         if off > FLIGHTS_CLOSED {
             let mut jacobian = DMatrix::identity(before[k].len(), before[k].len());
             let span = (flight.start, end);
