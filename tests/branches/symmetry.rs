@@ -390,8 +390,8 @@ fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
         let (q, v) = (dvector![0.0], dvector![0.0]);
         let run = simulate(&scene, &q, &v, (0.0, 2000.0), &SimulateOptions::default());
         let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
-        // Half of the force at the touch, to twice as much.
-        let branch = followed(&orbit, Parameter::ForcingScale, (0.5, 4.0), &keep());
+        // From below the force at the touch to beyond it.
+        let branch = followed(&orbit, Parameter::ForcingScale, (0.9, 2.8), &keep());
         assert_eq!(
             branch.ends.clone().map(|end| end.reason),
             [EndReason::Range; 2],
@@ -425,7 +425,7 @@ fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
             symmetric: Some(true),
             ..keep()
         };
-        let kept = followed(&orbit, Parameter::ForcingScale, (0.5, 4.0), &kept);
+        let kept = followed(&orbit, Parameter::ForcingScale, (0.9, 2.8), &kept);
         assert_eq!(
             kept.ends[1].reason,
             EndReason::Domain,
