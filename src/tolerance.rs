@@ -116,6 +116,10 @@ pub(crate) const BENT: f64 = 1e-4;
 pub(crate) const SAME_DIFFERENCE: f64 = 1e-8;
 /// Part of their sizes above which differences of no two lengths agree: of the longer, on a rough function, a sixteenth of that is not known.
 pub(crate) const DOUBTFUL: f64 = 1e-4;
+/// Part of its size to which a deviation is known whose acceleration is a difference.
+pub(crate) const DEVIATION_KNOWN: f64 = 1e-10;
+/// The smallest part of a motion as which deviations are carried beside it.
+pub(crate) const SMALLEST_DEVIATION: f64 = 1e-6;
 /// Part of the change of an acceleration across a step that lies in one half of it where it is not smooth there; along a power of the time
 /// as high as the order of a method twice in a row.
 pub(crate) const ONE_SIDED: f64 = 0.9;

@@ -61,21 +61,15 @@ impl ScaledUnits {
     pub fn size_of<'a>(&self, deviation: impl IntoIterator<Item = &'a f64>, delay: f64) -> f64 {
         let mut all = deviation.into_iter();
         let n = all.size_hint().0 / 2;
-        let largest = |half: &mut dyn Iterator<Item = &'a f64>| {
-            half.fold(0.0f64, |m, x| {
-                if x.is_nan() {
-                    f64::INFINITY
-                } else {
-                    m.max(x.abs())
-                }
-            })
-        };
+        let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
+        let largest =
+            |half: &mut dyn Iterator<Item = &'a f64>| half.fold(0.0f64, |m, x| m.max(size(*x)));
         let position = largest(&mut all.by_ref().take(n));
         let velocity = largest(&mut all);
         let each = [
             position / self.position,
             velocity / self.velocity,
-            delay.abs() / self.time,
+            size(delay) / self.time,
         ];
         each.into_iter().fold(0.0, f64::max)
     }

@@ -16,7 +16,7 @@ use crate::model::{
     Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights, slow_time,
 };
-use crate::tolerance::ORBIT_CLOSED_BY_STEPS;
+use crate::tolerance::{DEVIATION_KNOWN, ORBIT_CLOSED_BY_STEPS, SMALLEST_DEVIATION};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
 
@@ -25,11 +25,6 @@ const TOLERANCE: Tolerance = Tolerance {
     relative: 2e-13,
     absolute: 1e-15,
 };
-
-/// The part of deviations that is known of them where accelerations are differentiated by differences.
-const KNOWN: f64 = 1e-10;
-/// The smallest part of a motion that deviations are made.
-const SMALLEST: f64 = 1e-6;
 
 /// A scene whose flights are integrated, from a forcing phase.
 #[derive(Debug, Clone)]
@@ -213,10 +208,11 @@ impl IntegratedMaps {
         let unit = power_of_two(position / velocity);
         let absolute = tolerance.absolute / position.min(velocity);
         // Deviations are as small beside the motion as makes the absolute tolerance that of what they are known to.
-        let small = (absolute / tolerance.relative.max(KNOWN)).clamp(SMALLEST, 1.0);
-        let size = |own: &DVectorView<'_, f64>| self.units.size_of(own.iter(), 0.0) / small;
-        let columns = deviations.column_iter();
-        let powers: Vec<f64> = columns.map(|own| power_of_two(size(&own))).collect();
+        let known = tolerance.relative.max(DEVIATION_KNOWN);
+        let part = (absolute / known).clamp(SMALLEST_DEVIATION, 1.0);
+        let power =
+            |own: DVectorView<'_, f64>| power_of_two(self.units.size_of(own.iter(), 0.0) / part);
+        let powers: Vec<f64> = deviations.column_iter().map(power).collect();
         let scale = |deviations: &mut DMatrix<f64>, by: &dyn Fn(f64) -> f64| {
             for (mut column, power) in deviations.column_iter_mut().zip(&powers) {
                 column *= by(*power);
