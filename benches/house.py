@@ -1,7 +1,7 @@
 """Count what makes the sources hard to carry on: names defined twice, lines of code, large traits, long lists of parameters.
 
 Run by hand, ``python benches/house.py [SRC]``. Code is what stands before the first ``#[cfg(test)]`` of a file, without blank
-lines and comments. Circles of imports, and those that point upwards, are what ``tests/layers.rs`` looks for.
+lines and comments. Circles of imports, and those that point upwards, are what ``tests/house/layers.rs`` looks for.
 """
 
 import re

@@ -2,7 +2,7 @@
 
 Run by hand, ``python benches/shallow_contacts.py``. A resonant oscillator (c/2m = 0.05) at rest, a wall at 26 depths from
 1e-6 to 1e-1 below each of its first 8 peaks: 208 contacts. One is missed if the run up to the trough behind that peak finds
-no contact at all; a touch inside the margin that is listed as a graze is found, and counted apart. ``tests/stepping.rs``
+no contact at all; a touch inside the margin that is listed as a graze is found, and counted apart. ``tests/simulate/stepping.rs``
 holds the package to the same set.
 """
 

@@ -56,7 +56,7 @@ impl Kind {
 
     fn case(self) -> Case {
         match self {
-            // theta0 is where both contact positions meet: the answer of `free = clearance`, tested in tests/orbits.rs.
+            // theta0 is where both contact positions meet: the answer of `free = clearance`, tested in tests/orbit/orbits.rs.
             Self::One => Case {
                 mass_ratio: 3.0,
                 length_ratio: 3.24,
