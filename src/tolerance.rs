@@ -1,5 +1,6 @@
-//! Every rounding, margin and threshold that decides an outcome, once, with its unit and its reason. Bounds on work (iterations, steps)
-//! and the parts of an algorithm stand where they are used.
+//! Every rounding, margin and threshold that decides an outcome, once, with its unit and its reason. Two kinds of constants stand where
+//! they are used, with a mark in their documentation: `[work]` bounds or divides work, so that with another value an answer is the same
+//! or missing; `[exact]` leaves no choice, being a number of mathematics, of a tableau, of a format or of a unit.
 
 // --- Rounding of what is computed, in parts of the size of its terms unless something else is said.
 
@@ -272,3 +273,15 @@ pub(crate) const SAME_EXTREME: f64 = 1e-9;
 /// A gap this small, relative to the largest of its stop, without an impact, or an approach speed, relative to the motion's largest, is a
 /// touch of which numbers have a derivative on one side alone: steps of a difference lead across it.
 pub(crate) const TOUCHED: f64 = 1e-9;
+
+// --- Matrices, flights and contacts: linalg, modal, impact, flow, contact, hybrid.
+
+// --- Scenes, runs and their records: model, path, recurrence, simulate, section.
+
+// --- Periodic motions: orbit.
+
+// --- Deviations: derivative, exponents.
+
+// --- Branches.
+
+// --- Families: sweep, attractor, basin.

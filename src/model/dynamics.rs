@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::linalg::small;
 use crate::model::excitation::Excitation;
-use crate::model::input::{Driven, Input, Swing};
+use crate::model::input::{ByInput, Driven, Input, NoInput, Swing};
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
 use crate::model::pendulum::{DoublePendulum, Links, PendulumChain};
@@ -15,8 +15,6 @@ pub(crate) const DIFFERENCE: f64 = 6e-6;
 
 /// The motion of a system under its forcing.
 pub(crate) trait Dynamics {
-    /// Whether steps have code of their own for the state of one coordinate, and of two, as arrays.
-    const IN_ARRAYS: [bool; 2] = [true; 2];
     /// What drives it at a moment, whatever its state.
     type Drive: Copy;
 
@@ -68,8 +66,27 @@ impl<I: Input> DoublePendulumMotion<I> {
     }
 }
 
+impl DoublePendulumMotion<Option<Driven>> {
+    /// The same by what acts on it.
+    pub fn by_input(&self) -> ByInput<DoublePendulumMotion<NoInput>, DoublePendulumMotion<Driven>> {
+        match self.input.clone() {
+            None => ByInput::Free(self.under(NoInput)),
+            Some(input) => ByInput::Driven(self.under(input)),
+        }
+    }
+
+    fn under<I>(&self, input: I) -> DoublePendulumMotion<I> {
+        DoublePendulumMotion {
+            alpha: self.alpha,
+            second: self.second,
+            gravity: self.gravity,
+            damping: self.damping,
+            input,
+        }
+    }
+}
+
 impl<I: Input> Dynamics for DoublePendulumMotion<I> {
-    const IN_ARRAYS: [bool; 2] = [false, true];
     type Drive = I::Push;
 
     fn n_dof(&self) -> usize {
@@ -137,7 +154,6 @@ impl ChainMotion {
 }
 
 impl Dynamics for ChainMotion {
-    const IN_ARRAYS: [bool; 2] = [false; 2];
     type Drive = Option<Swing>;
 
     fn n_dof(&self) -> usize {

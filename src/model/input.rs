@@ -20,6 +20,12 @@ pub(crate) trait Input {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NoInput;
 
+/// A motion on which nothing acts, or one on which something does.
+pub(crate) enum ByInput<F, D> {
+    Free(F),
+    Driven(D),
+}
+
 /// Any of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Driven {

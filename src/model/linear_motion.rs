@@ -1,19 +1,15 @@
 //! Linear equations of motion for integrators that take no notice of it: `q'' = M^-1 (f0 + f - C v - K q)`, with the matrices
-//! over the mass kept full, or as diagonals where all three are diagonal. A motion without damping, or on which nothing
-//! acts, has code of its own without them.
+//! over the mass kept full, or as diagonals where all three are diagonal.
 
 use crate::error::Result;
 use crate::model::dynamics::Dynamics;
-use crate::model::input::{Driven, Input, NoInput};
+use crate::model::input::{ByInput, Driven, Input, NoInput};
 use crate::model::linear::{Coefficient, LinearSystem};
 use crate::model::moment::Moment;
 use nalgebra::{DMatrix, DVector};
 
 /// A matrix over the mass: full, or a diagonal, each coordinate by itself.
 pub(crate) trait OverMass {
-    /// As [`Dynamics::IN_ARRAYS`].
-    const IN_ARRAYS: [bool; 2];
-
     /// Number of degrees of freedom.
     fn n_dof(&self) -> usize;
     /// Subtracts its product with x from a.
@@ -21,8 +17,6 @@ pub(crate) trait OverMass {
 }
 
 impl OverMass for DMatrix<f64> {
-    const IN_ARRAYS: [bool; 2] = [true; 2];
-
     fn n_dof(&self) -> usize {
         self.nrows()
     }
@@ -45,8 +39,6 @@ impl OverMass for DMatrix<f64> {
 }
 
 impl OverMass for DVector<f64> {
-    const IN_ARRAYS: [bool; 2] = [false; 2];
-
     fn n_dof(&self) -> usize {
         self.len()
     }
@@ -59,46 +51,15 @@ impl OverMass for DVector<f64> {
     }
 }
 
-/// What resists a velocity.
-pub(crate) trait Damping {
-    /// Subtracts its force over the mass from a.
-    fn resist(&self, v: &[f64], a: &mut [f64]);
-}
-
-/// Nothing.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Undamped;
-
-impl Damping for Undamped {
-    #[inline]
-    fn resist(&self, _v: &[f64], _a: &mut [f64]) {}
-}
-
-/// `M^-1 C`
-#[derive(Debug, Clone)]
-pub(crate) struct Damped<O>(O);
-
-impl<O: OverMass> Damping for Damped<O> {
-    #[allow(
-        clippy::inline_always,
-        reason = "the loops are written out where the caller's state is an array"
-    )]
-    #[inline(always)]
-    fn resist(&self, v: &[f64], a: &mut [f64]) {
-        self.0.subtract(v, a);
-    }
-}
-
 /// A linear system in motion, over its mass.
 #[derive(Debug, Clone)]
-pub(crate) struct LinearMotion<O, C, I> {
+pub(crate) struct LinearMotion<O, I> {
     stiffness: O,
-    damping: C,
+    damping: Option<O>,
     input: I,
 }
 
-impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
-    const IN_ARRAYS: [bool; 2] = O::IN_ARRAYS;
+impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
     type Drive = I::Push;
 
     fn n_dof(&self) -> usize {
@@ -118,51 +79,34 @@ impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
     fn driven(&self, push: I::Push, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         a.fill(0.0);
         self.stiffness.subtract(q, a);
-        self.damping.resist(v, a);
+        if let Some(damping) = &self.damping {
+            damping.subtract(v, a);
+        }
         // A moving base acts by forces.
         self.input.add(push, |_| 0.0, a);
         Ok(())
     }
 }
 
-/// A linear motion by what it has.
-#[derive(Debug, Clone)]
-pub(crate) enum Linear<O> {
-    Free(LinearMotion<O, Undamped, NoInput>),
-    Driven(LinearMotion<O, Undamped, Driven>),
-    Damped(LinearMotion<O, Damped<O>, NoInput>),
-    DampedDriven(LinearMotion<O, Damped<O>, Driven>),
-}
+impl<O: Clone> LinearMotion<O, Option<Driven>> {
+    /// The same by what acts on it.
+    pub fn by_input(&self) -> ByInput<LinearMotion<O, NoInput>, LinearMotion<O, Driven>> {
+        match self.input.clone() {
+            None => ByInput::Free(self.under(NoInput)),
+            Some(input) => ByInput::Driven(self.under(input)),
+        }
+    }
 
-impl<O> Linear<O> {
-    /// The motion with these matrices and what acts on it.
-    fn new(stiffness: O, damping: Option<O>, input: Option<Driven>) -> Self {
-        match (damping.map(Damped), input) {
-            (None, None) => Self::Free(LinearMotion {
-                stiffness,
-                damping: Undamped,
-                input: NoInput,
-            }),
-            (None, Some(input)) => Self::Driven(LinearMotion {
-                stiffness,
-                damping: Undamped,
-                input,
-            }),
-            (Some(damping), None) => Self::Damped(LinearMotion {
-                stiffness,
-                damping,
-                input: NoInput,
-            }),
-            (Some(damping), Some(input)) => Self::DampedDriven(LinearMotion {
-                stiffness,
-                damping,
-                input,
-            }),
+    fn under<I>(&self, input: I) -> LinearMotion<O, I> {
+        LinearMotion {
+            stiffness: self.stiffness.clone(),
+            damping: self.damping.clone(),
+            input,
         }
     }
 }
 
-impl Linear<DMatrix<f64>> {
+impl LinearMotion<DMatrix<f64>, Option<Driven>> {
     /// The motion of a system with full matrices.
     pub fn full(system: &LinearSystem, input: Option<Driven>) -> Self {
         let over_mass = |m: &Coefficient| {
@@ -174,16 +118,24 @@ impl Linear<DMatrix<f64>> {
             DMatrix::from_columns(&columns)
         };
         let damping = Some(over_mass(system.damping())).filter(|c| c.amax() != 0.0);
-        Self::new(over_mass(system.stiffness()), damping, input)
+        Self {
+            stiffness: over_mass(system.stiffness()),
+            damping,
+            input,
+        }
     }
 }
 
-impl Linear<DVector<f64>> {
+impl LinearMotion<DVector<f64>, Option<Driven>> {
     /// The motion of a system whose matrices are diagonal; `None` if one of them is not.
     pub fn diagonal(system: &LinearSystem, input: Option<Driven>) -> Option<Self> {
         let (_, damping, stiffness) = system.diagonals()?;
         let damping = Some(system.solve_mass(&damping)).filter(|c| c.amax() != 0.0);
-        Some(Self::new(system.solve_mass(&stiffness), damping, input))
+        Some(Self {
+            stiffness: system.solve_mass(&stiffness),
+            damping,
+            input,
+        })
     }
 }
 
@@ -211,14 +163,14 @@ mod tests {
         let (mut one, mut other) = ([0.0; 3], [0.0; 3]);
         let excitation = Excitation::new(&diagonal.clone().into(), &forcing);
         let input = Driven::new(&excitation.over_mass(&diagonal));
-        let diagonals = Linear::diagonal(&diagonal, input.clone()).expect("diagonal");
-        let full = SceneMotion::Full(Linear::full(&diagonal, input));
+        let diagonals = LinearMotion::diagonal(&diagonal, input.clone()).expect("diagonal");
+        let full = SceneMotion::Full(LinearMotion::full(&diagonal, input));
         let diagonals = SceneMotion::Diagonal(diagonals);
         (diagonals.acceleration(at, &q, &v, &mut one)).expect("linear");
         (full.acceleration(at, &q, &v, &mut other)).expect("linear");
         assert_eq!(one, other);
         let full = DMatrix::from_element(3, 3, 1.0);
         let coupled = LinearSystem::new(dvector![1.0, 1.0, 1.0], full, dvector![1.0, 1.0, 1.0]);
-        assert!(Linear::diagonal(&coupled.expect("valid"), None).is_none());
+        assert!(LinearMotion::diagonal(&coupled.expect("valid"), None).is_none());
     }
 }

@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::model::change::Change;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
-use crate::model::input::{Driven, NoInput};
-use crate::model::linear_motion::Linear;
+use crate::model::input::{Driven, Swing};
+use crate::model::linear_motion::LinearMotion;
 use crate::model::moment::Moment;
 use crate::model::ramp::Moving;
 use crate::model::scene::Scene;
@@ -14,13 +14,12 @@ use nalgebra::{DMatrix, DVector};
 /// Up to so many coordinates a full matrix is no slower than its diagonal.
 const MOST_FULL: usize = 2;
 
-/// The motion of a scene's system. Steps have code of their own for each; who asks seldom takes it as one.
+/// The motion of a scene's system.
 #[derive(Debug, Clone)]
 pub(crate) enum SceneMotion {
-    Full(Linear<DMatrix<f64>>),
-    Diagonal(Linear<DVector<f64>>),
-    DoublePendulum(DoublePendulumMotion<NoInput>),
-    DrivenDoublePendulum(DoublePendulumMotion<Driven>),
+    Full(LinearMotion<DMatrix<f64>, Option<Driven>>),
+    Diagonal(LinearMotion<DVector<f64>, Option<Driven>>),
+    DoublePendulum(DoublePendulumMotion<Option<Driven>>),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
     Fading(FadingDamping),
@@ -51,16 +50,16 @@ impl SceneMotion {
         match scene.system() {
             System::Linear(system) => {
                 let input = Driven::new(&excitation.over_mass(system));
-                let diagonal = || Linear::diagonal(system, input.clone());
+                let diagonal = || LinearMotion::diagonal(system, input.clone());
                 match (system.n_dof() > MOST_FULL).then(diagonal).flatten() {
                     Some(motion) => Self::Diagonal(motion),
-                    None => Self::Full(Linear::full(system, input)),
+                    None => Self::Full(LinearMotion::full(system, input)),
                 }
             }
-            System::DoublePendulum(system) => match Driven::new(&excitation) {
-                None => Self::DoublePendulum(DoublePendulumMotion::new(system, NoInput)),
-                Some(input) => Self::DrivenDoublePendulum(DoublePendulumMotion::new(system, input)),
-            },
+            System::DoublePendulum(system) => {
+                let input = Driven::new(&excitation);
+                Self::DoublePendulum(DoublePendulumMotion::new(system, input))
+            }
             System::PendulumChain(system) => Self::Chain(ChainMotion::new(system, &excitation)),
             System::Nonlinear(system) => Self::Nonlinear(NonlinearMotion::new(system, &excitation)),
         }
@@ -70,29 +69,19 @@ impl SceneMotion {
 /// Runs a block of code with the motion of a scene, whatever its type.
 macro_rules! with_motion {
     ($scene_motion:expr, $motion:ident => $body:expr) => {{
-        use $crate::model::{Linear, SceneMotion};
         match $scene_motion {
-            SceneMotion::Full(Linear::Free($motion)) => $body,
-            SceneMotion::Full(Linear::Driven($motion)) => $body,
-            SceneMotion::Full(Linear::Damped($motion)) => $body,
-            SceneMotion::Full(Linear::DampedDriven($motion)) => $body,
-            SceneMotion::Diagonal(Linear::Free($motion)) => $body,
-            SceneMotion::Diagonal(Linear::Driven($motion)) => $body,
-            SceneMotion::Diagonal(Linear::Damped($motion)) => $body,
-            SceneMotion::Diagonal(Linear::DampedDriven($motion)) => $body,
+            SceneMotion::Full($motion) => $body,
+            SceneMotion::Diagonal($motion) => $body,
             SceneMotion::DoublePendulum($motion) => $body,
-            SceneMotion::DrivenDoublePendulum($motion) => $body,
             SceneMotion::Chain($motion) => $body,
             SceneMotion::Nonlinear($motion) => $body,
             SceneMotion::Fading($motion) => $body,
         }
     }};
 }
-pub(crate) use with_motion;
 
 /// The acceleration is linear in the damping.
 impl Dynamics for FadingDamping {
-    const IN_ARRAYS: [bool; 2] = [false; 2];
     type Drive = Moment;
 
     fn n_dof(&self) -> usize {
@@ -116,18 +105,40 @@ impl Dynamics for FadingDamping {
 }
 
 impl Dynamics for SceneMotion {
-    type Drive = Moment;
+    /// When, and what acts then.
+    type Drive = (Moment, Option<Swing>);
 
     fn n_dof(&self) -> usize {
         with_motion!(self, motion => motion.n_dof())
     }
 
-    fn drive(&self, at: Moment) -> Moment {
-        at
+    fn drive(&self, at: Moment) -> (Moment, Option<Swing>) {
+        let push = match self {
+            Self::Full(motion) => motion.drive(at),
+            Self::Diagonal(motion) => motion.drive(at),
+            Self::DoublePendulum(motion) => motion.drive(at),
+            Self::Chain(motion) => motion.drive(at),
+            Self::Nonlinear(motion) => motion.drive(at).1,
+            Self::Fading(_) => None,
+        };
+        (at, push)
     }
 
-    fn driven(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
-        with_motion!(self, motion => motion.acceleration(at, q, v, a))
+    fn driven(
+        &self,
+        (at, push): (Moment, Option<Swing>),
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<()> {
+        match self {
+            Self::Full(motion) => motion.driven(push, q, v, a),
+            Self::Diagonal(motion) => motion.driven(push, q, v, a),
+            Self::DoublePendulum(motion) => motion.driven(push, q, v, a),
+            Self::Chain(motion) => motion.driven(push, q, v, a),
+            Self::Nonlinear(motion) => motion.driven((at.time, push), q, v, a),
+            Self::Fading(motion) => motion.driven(at, q, v, a),
+        }
     }
 
     fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {

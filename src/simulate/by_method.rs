@@ -5,7 +5,7 @@ use crate::flow::steps::chosen::{ChosenSteps, StepChoice};
 use crate::flow::steps::{DenseOutput, DormandPrince, State, Stepper};
 use crate::flow::{TimedScene, with_flow};
 use crate::hybrid::{AnyLoop, ClosedForm, InSteps, IntegratedFlow, Pendulum, Taylor, series_order};
-use crate::model::{Dynamics, Links, Scene, SceneMotion, with_motion};
+use crate::model::{ByInput, Dynamics, Links, Scene, SceneMotion};
 use crate::path::Evaluator;
 use crate::simulate::method::Method;
 use crate::simulate::options::SimulateOptions;
@@ -74,11 +74,14 @@ pub(crate) fn visit_runs<V: RunVisitor>(
         steps => {
             let motion = SceneMotion::new(scene);
             if let Some(choice) = steps.choice() {
-                return in_steps::<Chosen, _, _>(&motion, scene, options, choice, visitor);
+                let (m, by) = (&motion, choice);
+                return match m.n_dof() {
+                    1 => in_steps::<[f64; 2], Chosen, _, _>(m, scene, options, by, visitor),
+                    2 => in_steps::<[f64; 4], Chosen, _, _>(m, scene, options, by, visitor),
+                    _ => in_steps::<Vec<f64>, Chosen, _, _>(m, scene, options, by, visitor),
+                };
             }
-            with_motion!(&motion, motion => {
-                in_steps::<PairByMotion, _, _>(motion, scene, options, (), visitor)
-            })
+            in_pairs(&motion, scene, options, visitor)
         }
     }
 }
@@ -105,10 +108,10 @@ trait AnySteps {
     type Of<S: State>: Stepper<S, Choice = Self::Choice>;
 }
 
-/// The pair of orders 5 and 4, whose steps are so little work that they have code of their own for every kind of motion.
-struct PairByMotion;
+/// The pair of orders 5 and 4.
+struct Pair;
 
-impl AnySteps for PairByMotion {
+impl AnySteps for Pair {
     type Choice = ();
     type Of<S: State> = DormandPrince<S>;
 }
@@ -121,27 +124,46 @@ impl AnySteps for Chosen {
     type Of<S: State> = ChosenSteps<S>;
 }
 
-/// Visits runs in steps, with a state of the type that fits a motion.
-fn in_steps<P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
-    motion: &D,
+/// Runs a block of code with a motion on which nothing acts, or one on which something does, whichever it is.
+macro_rules! by_input {
+    ($motion:expr, $by:ident => $body:expr) => {
+        match $motion.by_input() {
+            ByInput::Free($by) => $body,
+            ByInput::Driven($by) => $body,
+        }
+    };
+}
+
+/// Visits runs in steps of the pair, with a state of the type that fits a motion: those of one or two coordinates take so little work that
+/// they have code of their own.
+fn in_pairs<V: RunVisitor>(
+    motion: &SceneMotion,
     scene: &Scene,
     options: &SimulateOptions,
-    choice: P::Choice,
     visitor: V,
 ) -> Result<V::Output> {
-    match motion.n_dof() {
-        1 if const { D::IN_ARRAYS[0] } => {
-            stepped::<[f64; 2], P, D, V>(motion, scene, options, choice, visitor)
+    match motion {
+        SceneMotion::Full(m) if m.n_dof() == 1 => {
+            by_input!(m, m => in_steps::<[f64; 2], Pair, _, _>(&m, scene, options, (), visitor))
         }
-        2 if const { D::IN_ARRAYS[1] } => {
-            stepped::<[f64; 4], P, D, V>(motion, scene, options, choice, visitor)
+        SceneMotion::Full(m) if m.n_dof() == 2 => {
+            by_input!(m, m => in_steps::<[f64; 4], Pair, _, _>(&m, scene, options, (), visitor))
         }
-        _ => stepped::<Vec<f64>, P, D, V>(motion, scene, options, choice, visitor),
+        SceneMotion::DoublePendulum(m) => {
+            by_input!(m, m => in_steps::<[f64; 4], Pair, _, _>(&m, scene, options, (), visitor))
+        }
+        SceneMotion::Nonlinear(m) if m.n_dof() == 1 => {
+            in_steps::<[f64; 2], Pair, _, _>(m, scene, options, (), visitor)
+        }
+        SceneMotion::Nonlinear(m) if m.n_dof() == 2 => {
+            in_steps::<[f64; 4], Pair, _, _>(m, scene, options, (), visitor)
+        }
+        _ => in_steps::<Vec<f64>, Pair, _, _>(motion, scene, options, (), visitor),
     }
 }
 
 /// Visits runs in steps.
-fn stepped<S: State, P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
+fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
     motion: &D,
     scene: &Scene,
     options: &SimulateOptions,

@@ -1,9 +1,5 @@
 """The crate with steps of undamped, unforced motions without stops: Runge-Kutta, and Taylor series of a pendulum."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-
 from report.cost.bare.change import NEVER, Change
 
 SCENE, STEPS, LANDING, SERIES = (
@@ -12,23 +8,14 @@ SCENE, STEPS, LANDING, SERIES = (
     "src/hybrid/integrated/landing.rs",
     "src/hybrid/integrated/series.rs",
 )
-DYNAMICS, MOTION, MOMENT = "src/model/dynamics.rs", "src/model/scene_motion.rs", "src/model/moment.rs"
+DYNAMICS, LINEAR, MOMENT = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/model/moment.rs"
+BY_METHOD = "src/simulate/by_method.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
-
-
-def without(*motions: str) -> Iterator[Change]:
-    """Leave out the code of kinds of motion."""
-    for motion in motions:
-        arm = f"            SceneMotion::{motion}({{}}){')' * motion.count('(')} => {{}},"
-        yield Change(MOTION, arm.format("$motion", "$body"), arm.format("_", NEVER))
-
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
     Change(MOMENT, "            angle: self.angle + self.frequency * span,", "            angle: 0.0,"),
-    *without("Full(Linear::Driven", "Full(Linear::DampedDriven"),
-    *without("Diagonal(Linear::Driven", "Diagonal(Linear::DampedDriven"),
-    *without("DrivenDoublePendulum"),
+    Change(BY_METHOD, "            ByInput::Driven($by) => $body,", f"            ByInput::Driven(_) => {NEVER},"),
     Change(
         SERIES_OF,
         "            PendulumForcing::Base(base) => expand_shaken(about, base),",
@@ -45,7 +32,7 @@ DAMPING = (
         "            damping: (damping != [0.0; 4]).then_some(damping),",
         f"            damping: if damping == [0.0; 4] {{ None }} else {{ {NEVER} }},",
     ),
-    *without("Full(Linear::Damped", "Diagonal(Linear::Damped"),
+    Change(LINEAR, "        if let Some(damping) = &self.damping {", "", "        // A moving base acts by forces."),
     Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
     Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
