@@ -7,8 +7,8 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Derivatives, Harmonic, LinearSystem, PeriodicOrbit, Result, Scene, SimulateOptions, Stop,
-    derivatives_but_multipliers, derivatives_of, find_orbit, followed, simulate,
+    Harmonic, LinearSystem, OrbitDerivatives, PeriodicOrbit, Result, Scene, SimulateOptions, Stop,
+    derivatives_but_multipliers, derivatives_of, find_orbit, follow_orbit, simulate,
 };
 
 /// Room, restitution, mass of the ball, frequency, force, damping.
@@ -59,7 +59,7 @@ fn by_orbits(orbit: &PeriodicOrbit, p: &[f64]) -> (f64, Vec<f64>) {
     (at(p), (0..p.len()).map(rate).collect())
 }
 
-fn by_derivatives(orbit: &PeriodicOrbit, p: &[f64]) -> (f64, Derivatives) {
+fn by_derivatives(orbit: &PeriodicOrbit, p: &[f64]) -> (f64, OrbitDerivatives) {
     let scene = make(p).expect("valid");
     let found = find_orbit(&scene, orbit, None).expect("an orbit");
     let rates = derivatives_but_multipliers(&found, &make, p).expect("derivatives");
@@ -89,7 +89,7 @@ fn optimised(orbit: &PeriodicOrbit) -> ([f64; 2], f64, usize) {
         ];
         let go_on = &mut || ControlFlow::Continue(());
         count += 1;
-        match followed(&last, &beside, (&x, &next), go_on) {
+        match follow_orbit(&last, &beside, (&x, &next), go_on) {
             Ok(found) if found.is_admissible() == Some(true) && value(&found) < value(&last) => {
                 (x, last, step) = (next, found, 1.5 * step);
             }

@@ -2,6 +2,24 @@
 
 Run by hand, ``python benches/house.py [SRC]``. Code is what stands before the first ``#[cfg(test)]`` of a file, without blank
 lines and comments. Circles of imports, and those that point upwards, are what ``tests/house/layers.rs`` looks for.
+
+Files that name a state of a contact element
+    Files outside ``law/`` and ``hybrid/`` whose code has the word ``held`` (alone, or as a part of a name in snake case),
+    ``HeldEvent`` or ``ContactMode``, or a variant of ``Event``, ``SegmentKind`` or ``Arrival``: a state of a contact, a kind of
+    guard, of transition or of what follows it. A new law of contact has to be looked for in each. Each stands with its words.
+Loops that bracket or halve outside the root finder
+    Functions, in other files than those of the root finder (``ROOT_FINDERS``), that have a ``for``, ``while`` or ``loop``, and
+    from there on one of: the middle of two numbers, ``0.5 * (a + b)`` or ``midpoint``; a length that is halved, ``x *= 0.5``; the
+    formula of a secant, ``y * (b - a) / (..)``; a constant whose name has HALVING, BISECT, SECANT, GOLDEN, ILLINOIS or POLISH; a
+    name that begins with bisect, secant, golden, illinois or newton. Each searches for a zero, a minimum or a step that succeeds
+    by a loop of its own. The rule reads names and formulas, not meanings: a search in other words is not found, and a middle
+    taken for another purpose is.
+Places of the law of one impact
+    Lines outside ``law/`` and the bindings with one plus a coefficient of restitution, ``1.0 + e``, ``-1.0 - e``,
+    ``1.0 + ..restitution..`` or ``restitution.add_scalar(1.0)``: the factor of the impulse ``(1 + e) (n.v) / (n.b)`` of an
+    impact, and of its derivatives.
+Test binaries
+    Files ``tests/*.rs`` and ``tests/*/main.rs`` beside the sources: each is linked with the crate by itself.
 """
 
 import re
@@ -15,6 +33,17 @@ TRAIT = re.compile(r"^(?:pub(?:\([a-z ]+\))? )?trait (\w+).*?^\}", re.MULTILINE 
 METHOD = re.compile(r"^    (?:const |unsafe )*fn ", re.MULTILINE)
 FUNCTION = re.compile(r"\bfn (\w+)(?:<[^()]*>)?\(")
 MACRO = re.compile(r"macro_rules! (with_\w+)")
+INDENTED_FUNCTION = re.compile(r"^( *)(?:pub(?:\([a-z ]+\))? )?(?:const |unsafe )*fn (\w+).*?^\1\}", re.MULTILINE | re.DOTALL)
+CONTACT_STATE = re.compile(r"(?<![a-zA-Z])held(?![a-z])|\bHeldEvent\b|\bContactMode\b|\b(?:Event|SegmentKind|Arrival)::")
+LAWS = ("law", "hybrid")
+LOOP = re.compile(r"\b(?:for|while|loop)\b[^;]*\{")
+MIDDLE = r"0\.5 \* \([\w.\[\]]+ \+ [\w.\[\]]+\)|\bmidpoint\b|\*= 0\.5"
+SECANT = r"\* \([\w.\[\]]+ - [\w.\[\]]+\) / \("
+SEARCH = r"\w*(?:HALVING|BISECT|SECANT|GOLDEN|ILLINOIS|POLISH)\w*|\b(?:bisect|secant|golden|illinois|newton)\w*"
+BRACKETING = re.compile("|".join((MIDDLE, SECANT, SEARCH)))
+ROOT_FINDERS = ("contact/roots.rs", "contact/bracket.rs", "event/roots.rs", "event/bracket.rs")
+COEFFICIENT = r"(?:[\w.\[\]]+\.)?(?:e\b|restitution)"
+IMPACT_LAW = re.compile(rf"\b1\.0 \+ {COEFFICIENT}|-1\.0 - {COEFFICIENT}|restitution\.add_scalar\(1\.0\)")
 MOST_METHODS = 8
 MOST_PARAMETERS = 6
 
@@ -51,6 +80,34 @@ def told(title, found):
         print(f"          {line}")
 
 
+def contact_states(codes):
+    """Return the files in which a state of a contact element, a guard or a transition is named, with the words."""
+    found = {path: sorted(set(CONTACT_STATE.findall(code))) for path, code in codes.items() if path.parts[0] not in LAWS}
+    return [f"{path}: {', '.join(words)}" for path, words in found.items() if words]
+
+
+def searches(codes):
+    """Return the functions that bracket or halve in a loop, by their files."""
+    found = defaultdict(list)
+    for path, code in codes.items():
+        for match in INDENTED_FUNCTION.finditer(code):
+            loop = LOOP.search(match[0])
+            if loop and BRACKETING.search(match[0], loop.start()) and path.as_posix() not in ROOT_FINDERS:
+                found[path].append(match[2])
+    return found
+
+
+def impact_laws(codes):
+    """Return the lines in which the law of one impact is written."""
+    own = ((path, code) for path, code in codes.items() if path.parts[0] not in ("law", "python"))
+    return [f"{path}: {line.strip()}" for path, code in own for line in code.splitlines() if IMPACT_LAW.search(line)]
+
+
+def test_binaries(tests):
+    """Return the files that are test binaries."""
+    return [str(path.relative_to(tests.parent)) for pattern in ("*.rs", "*/main.rs") for path in tests.glob(pattern)]
+
+
 def main():
     """Count and print."""
     src = Path(sys.argv[1]) if len(sys.argv) > 1 else SRC
@@ -73,6 +130,13 @@ def main():
     long = [f"{name}: {n} ({path})" for name, n, path in functions if n > MOST_PARAMETERS]
     told(f"functions of more than {MOST_PARAMETERS} parameters, bindings left out", long)
     told("macros that choose an instance", [f"{name} ({path})" for path, code in codes.items() for name in MACRO.findall(code)])
+    told("files outside law/ and hybrid/ that name a state of a contact element, a guard or a transition", contact_states(codes))
+    found = searches(codes)
+    count = sum(map(len, found.values()))
+    loops = [f"{path}: {', '.join(names)}" for path, names in found.items()]
+    told(f"files of {count} loops that bracket or halve outside the root finder", loops)
+    told("places of the law of one impact", impact_laws(codes))
+    told("test binaries", test_binaries(src.parent / "tests"))
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ The branch ends at the last orbit that keeps the rules of contact. Before it (so
   rules and is not stable; "undecided" where neither is seen. Simulations are no proof: they are three to five, of 500 periods each. The
   attractor is what one of them came to. Of a branch that is not stable at its end a stable orbit may stand beyond, though a motion that leaves the last
   orbit goes elsewhere: it "continues" all the same.
-- A doubled branch has no boundary where both its rounds become one, but its tip: it ends there with the reason "doubling", as it would
+- A doubled branch has no boundary where both its rounds become one: it ends at that doubling with the reason "doubling", as it would
   come back over itself, and the point is known as the doubling of the branch of half the period is.
 - Beyond a chatter border the motion goes on, with ever more impacts, at a distance in proportion to that from the border.
 - Vanishing impacts need a symmetry, such as no damping at all: `x'' + x = cos(w t)` before a stop at 0 has them at w = 1/3.

@@ -112,7 +112,7 @@ fn check_map() -> Result<()> {
     for (j, &restitution) in map.y.iter().enumerate() {
         let (fold, flip) = stability_range(restitution);
         for (i, &acceleration) in map.x.iter().enumerate() {
-            let cell = map.cell(i, j);
+            let cell = map.point(i, j);
             assert_eq!(cell.n_orbits > 0, acceleration > fold);
             assert_eq!(cell.is_stable, acceleration > fold && acceleration < flip);
         }

@@ -168,7 +168,7 @@ fn print_map(scene: &Scene, both: &Pattern) -> Result<()> {
     println!("clearance [mm]; to the right: forcing frequency, 2 to 8 Hz");
     for (j, clearance) in map.y.iter().enumerate() {
         let row = (0..map.x.len())
-            .map(|i| map.cell(i, j))
+            .map(|i| map.point(i, j))
             .map(|cell| match cell {
                 cell if cell.is_stable => 'S',
                 cell if cell.is_admissible => 'A',

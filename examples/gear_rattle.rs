@@ -106,7 +106,7 @@ fn check_map(scene: &Scene) -> Result<()> {
             .map(|phase| (is_stable(w, phase), excursion(w, phase)))
             .collect();
         for (j, &backlash) in map.y.iter().enumerate() {
-            let cell = map.cell(i, j);
+            let cell = map.point(i, j);
             let fits = |(low, high): (f64, f64)| low > -1e-12 && high < 2.0 * backlash;
             assert_eq!(cell.n_orbits as usize, motions.len());
             assert_eq!(cell.is_admissible, motions.iter().any(|m| fits(m.1)));

@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Change, Keep, LinearSystem, Parameter, Ramp, RampCourse, Result, Scene, Side,
+    BaseMotion, Change, Keep, LinearSystem, Parameter, Ramp, RampProfile, Result, Scene, Side,
     SimulateOptions, Stop, Trajectory, simulate,
 };
 
@@ -55,7 +55,7 @@ fn swept(scene: &Scene, first: f64, last: f64) -> Result<Trajectory> {
         ramps: vec![Ramp::new(
             Parameter::Frequency,
             last,
-            RampCourse::Rate(RATE),
+            RampProfile::Rate(RATE),
         )?],
         keep: Keep::Impacts,
         ..SimulateOptions::default()

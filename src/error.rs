@@ -86,7 +86,7 @@ pub(crate) fn digits(x: f64) -> String {
     }
 }
 
-/// Digits of a number beyond which its scientific form is shown: no count has more, and no double of usual size.
+/// Number of digits beyond which a number is shown in scientific form: no count has more, and no double of usual size. [exact]
 const MOST_DIGITS: usize = 22;
 
 /// A text with numbers of hundreds of digits in their shortest scientific form.

@@ -10,7 +10,7 @@ use std::time::Duration;
 /// Asked by a long computation whether to go on.
 pub(crate) type ObserverFn<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
-/// Work between two questions, in units of some nanoseconds: below a millisecond.
+/// Work between two questions, in units of some nanoseconds: below a millisecond. [work]
 const WORK_PER_QUESTION: usize = 1 << 14;
 
 /// `Error::Interrupted` where the answer is to break off.

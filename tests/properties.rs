@@ -588,7 +588,7 @@ proptest! {
                         let there = there(a, b).expect("the map took it");
                         let options = OrbitOptions { n_periods, ..Default::default() };
                         let orbits = periodic_orbits(&there, &pattern, &options).expect("the map took it");
-                        prop_assert_eq!(map.cell(i, j).n_orbits as usize, orbits.len());
+                        prop_assert_eq!(map.point(i, j).n_orbits as usize, orbits.len());
                     }
                 }
             }

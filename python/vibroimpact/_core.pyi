@@ -44,10 +44,10 @@ __all__ = [
     "_check_orbit",
     "_check_trajectory",
     "_continuation",
+    "_continued_orbit",
     "_derivatives_but_multipliers",
     "_existence_at",
     "_existence_cells",
-    "_followed",
     "_group_attractors",
     "_lyapunov_exponents",
     "_numbers",
@@ -903,7 +903,7 @@ def _bifurcation_curve(
 ]: ...
 def _scene_at(scene: Scene, name: str | None, make: Callable[[float], Scene] | None, start: float, value: float) -> Scene: ...
 def _derivatives_but_multipliers(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike) -> Derivatives: ...
-def _followed(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
+def _continued_orbit(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
 def _bifurcation_diagram(
     scene: Scene | Iterable[Scene],
     name: str | None,

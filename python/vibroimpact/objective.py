@@ -54,7 +54,7 @@ class Objective:
             message = f"p is {p}, but {len(self.p)} finite numbers are needed"
             raise ValueError(message)
         try:
-            orbit = _core._followed(self.orbit, self._make, self.p, p)
+            orbit = _core._continued_orbit(self.orbit, self._make, self.p, p)
         except ConvergenceError as error:
             raise ConvergenceError(f"p = {p.tolist()}, followed from {self.p.tolist()}: {error}") from error
         if isinstance(self._value, _Entry):  # which is none of the multipliers

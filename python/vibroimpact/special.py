@@ -94,7 +94,7 @@ class Special(ArrayResult):
     Attributes
     ----------
     kind : str
-        "fold": the branch turns back. "period_doubling": a multiplier passes through -1; of a doubled branch its tip, with the
+        "fold": the branch turns back. "period_doubling": a multiplier passes through -1; of a doubled branch its end, with the
         orbit of half the period. "torus": two conjugate multipliers pass through the unit circle beside 1 and -1. "pitchfork":
         a motion that was its own mirror image ceases to be stable as such. "branch_point": another branch of the same pattern
         is crossed. At a boundary, where the branch ends: "graze", a stop is touched; "lost_impact", an impact has lost its
@@ -118,7 +118,7 @@ class Special(ArrayResult):
         Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2).
     direction : ndarray, shape (k,)
         The direction of the branch there [-]: first state and instants in scaled unknowns, the number in parts of the range. At
-        the tip of a doubled branch its two rounds part along it, and the number stays.
+        the end of a doubled branch it is the difference of its two rounds, and the number stays.
     parameter_name : str or None
         The number, None of a branch made by a callable.
     between : (float, float)

@@ -1,4 +1,6 @@
-//! The points of attractors at a phase far from their impacts: next to one, two motions that are close look far apart.
+//! The points of attractors at a phase of the forcing far from their impacts. At a phase near an impact, one of two neighbouring motions
+//! may have had it and the other not, so that their states differ by the jump of the velocity. Points are rows (q, v) in units of the
+//! scene, phases are in \[rad\].
 
 use crate::attractor::one::Attractor;
 use crate::error::Result;
@@ -8,7 +10,7 @@ use crate::section::{farthest_from, wait};
 use crate::simulate::{Keep, SimulateOptions, simulate};
 use nalgebra::DMatrix;
 
-/// The phase farthest from the impacts of all orbits; the usual one where there are none.
+/// The phase farthest from the impacts of all orbits \[rad\]; `usual` where there are none.
 pub(crate) fn quiet_phase<'a>(
     attractors: impl IntoIterator<Item = &'a Attractor>,
     usual: f64,
@@ -43,7 +45,7 @@ fn orbit_points(scene: &Scene, orbit: &PeriodicOrbit, phase: f64) -> DMatrix<f64
     rows(&(0..orbit.n_periods()).map(state).collect::<Vec<_>>())
 }
 
-/// The points of an attractor at a phase, which it has at another.
+/// The points at the phase `to` of an attractor whose points are at the phase `from`.
 pub(crate) fn points_at(
     scene: &Scene,
     one: &Attractor,

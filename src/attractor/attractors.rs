@@ -1,6 +1,8 @@
-//! Finding the attractors of a scene, from many starts.
+//! The search for attractors from many starts: each start is followed by itself until its motion has settled, then the outcomes are
+//! gathered into a list. Starts are states (q, v) in units of the scene, at a phase of the forcing \[rad\]. Source: docs/theory.md,
+//! section 17.
 
-use crate::attractor::finding::{Found, Search, TURNS};
+use crate::attractor::finding::{AttractorSearch, SeedOutcome, TURNS};
 use crate::attractor::gathering::gathered;
 use crate::attractor::list::Attractors;
 use crate::attractor::options::AttractorOptions;
@@ -16,8 +18,9 @@ use crate::sweep::tiles::fill;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
-/// Starts that know nothing of each other; those after them know the orbits that they have led to. The result does not depend on it.
-const SIDE_BY_SIDE: usize = 16;
+/// Starts that are followed independently of each other at one time, on several threads; those after them know the orbits that these have
+/// led to, so that a motion near a known orbit needs no search. The result does not depend on it. [work]
+const SEEDS_SIDE_BY_SIDE: usize = 16;
 
 /// Finds what the motions of a scene settle on, from many starts. The states are rows, shape (k, 2n): each start is followed
 /// until it repeats itself and an orbit is found where it does, or its exponents say what it is.
@@ -61,28 +64,28 @@ pub fn find_attractors(
     gathered_seeds(scene, around, &found, options, &mut || observer(whole))
 }
 
-/// The attractors among what starts have settled on, asking from time to time whether to go on.
+/// The list of attractors that the outcomes of seeds make, asking from time to time whether to go on.
 pub(crate) fn gathered_seeds(
     scene: &Scene,
     around: &StateBox,
-    found: &[Found],
+    found: &[SeedOutcome],
     options: &AttractorOptions,
     go_on: ObserverFn<'_>,
 ) -> Result<Attractors> {
     gathered(&search(scene, around, options)?, found, go_on)
 }
 
-/// What goes along the motions of a scene.
+/// The search in a scene, with no orbit known yet.
 fn search<'s>(
     scene: &'s Scene,
     around: &'s StateBox,
     options: &'s AttractorOptions,
-) -> Result<Search<'s>> {
+) -> Result<AttractorSearch<'s>> {
     let Some(period) = scene.period() else {
         let rule = "attractors are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
-    Ok(Search {
+    Ok(AttractorSearch {
         scene,
         around,
         options,
@@ -92,14 +95,14 @@ fn search<'s>(
     })
 }
 
-/// What each start settles on.
+/// The outcome of each seed, states as rows, shape (k, 2n).
 pub(crate) fn settle_seeds(
     scene: &Scene,
     around: &StateBox,
     seeds: &DMatrix<f64>,
     options: &AttractorOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Vec<Found>> {
+) -> Result<Vec<SeedOutcome>> {
     let n = scene.n_dof();
     around.check(n)?;
     if seeds.ncols() != 2 * n {
@@ -126,9 +129,9 @@ pub(crate) fn settle_seeds(
     }
     let mut search = search(scene, around, options)?;
     let total = seeds.nrows();
-    let mut found = vec![Found::Undecided; total];
-    for (k, part) in found.chunks_mut(SIDE_BY_SIDE).enumerate() {
-        let first = k * SIDE_BY_SIDE;
+    let mut found = vec![SeedOutcome::Undecided; total];
+    for (k, part) in found.chunks_mut(SEEDS_SIDE_BY_SIDE).enumerate() {
+        let first = k * SEEDS_SIDE_BY_SIDE;
         let work = |(): &mut (), i: usize, go_on: ObserverFn<'_>| {
             let row = seeds.row(first + i);
             let half = |from: usize| row.columns(from, n).transpose();
@@ -143,7 +146,7 @@ pub(crate) fn settle_seeds(
         };
         fill(part, 1, options.sweep, || Ok(()), work, watch)?;
         for own in part {
-            if let Found::Attractor(own) = own
+            if let SeedOutcome::Attractor(own) = own
                 && (own.orbit.is_some() || own.reason == TURNS)
                 && !search.knows(own)?
             {

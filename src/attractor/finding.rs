@@ -1,4 +1,8 @@
-//! What one motion settles on: it is looked at until it repeats itself, and then closed by Newton's method.
+//! The outcome of one motion: it is simulated window by window until its states, one in each period of the forcing, repeat themselves;
+//! Newton's method then closes the orbit. A motion that does not repeat itself is classified in `unsettled.rs`.
+//!
+//! States are (q, v) in units of the scene; periods count those of the forcing; distances are parts of the motion's size, or of the state
+//! box where they are from it \[-\]. Source: docs/theory.md, section 17.
 
 use crate::attractor::at_phase::{points_at, quiet_phase, quiet_points};
 use crate::attractor::kind::AttractorKind;
@@ -12,56 +16,51 @@ use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed
 use crate::recurrence::{Measure, are_one_cycle, least_period};
 use crate::section::{Motion, Section, Sectioned, Settled, points_of, settled};
 use crate::simulate::{Keep, Status, Trajectory, simulate_observed};
-use crate::tolerance::{FAR, SAME_STATE};
+use crate::tolerance::{FIRST_SOUGHT_PERIODS, LEFT_BOX, NEUTRAL_MULTIPLIER, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-
-/// Periods that are looked for at first; longer ones, where they are asked for, once these are not found.
-const AT_FIRST: usize = 32;
 
 /// Why a motion in which an angle goes round has no orbit.
 pub(crate) const TURNS: &str =
     "an angle goes round in each of its periods: find_orbit closes no such motion";
 
-/// An orbit attracts nothing, being one of a family, if a deviation is left in a round as this part or more.
-const NEUTRAL: f64 = 1.0 - 1e-6;
-
-/// What one motion settles on.
+/// What the motion from one start settles on.
 #[derive(Debug, Clone)]
-pub(crate) enum Found {
+pub(crate) enum SeedOutcome {
     /// It begins inside a stop.
     Inside,
     /// It leaves the surroundings of the box.
     Lost,
-    /// It was not decided.
+    /// Nothing could be decided.
     Undecided,
     /// It drifts: it repeats itself but for a constant advance.
     Drifting,
-    /// It was not decided, but these are states that it goes through, one in each period.
+    /// Nothing could be decided, but these are its states, one in each period, shape `(p, 2n)`: they may lie on the set of another start.
     Unclear(DMatrix<f64>),
     /// An attractor.
     Attractor(Box<Attractor>),
 }
 
-/// Goes along a motion from a state at a phase of the forcing.
-pub(crate) struct Search<'s> {
+/// The search for the attractor of a motion that begins in a state at a phase of the forcing.
+pub(crate) struct AttractorSearch<'s> {
     pub scene: &'s Scene,
     pub around: &'s StateBox,
     pub options: &'s AttractorOptions,
+    /// The period of the forcing \[s\].
     pub period: f64,
-    /// The time at which the forcing has the phase.
+    /// The first time at which the forcing has the phase \[s\].
     pub start: f64,
-    /// Orbits that other starts have led to.
+    /// Attractors that earlier starts have led to.
     pub known: Vec<Attractor>,
 }
 
-impl Search<'_> {
-    /// By what states are measured.
+impl AttractorSearch<'_> {
+    /// The distance of states.
     pub fn measure(&self) -> Measure {
         Measure::new(self.around.turns(), TAU / self.period)
     }
 
-    /// Whether two attractors are one cycle, looked at far from their impacts.
+    /// Whether two attractors are one cycle, compared at a phase far from their impacts.
     pub fn are_one_cycle(&self, a: &Attractor, b: &Attractor) -> Result<bool> {
         if !(a.is_cycle() && b.is_cycle()) {
             return Ok(false);
@@ -80,7 +79,7 @@ impl Search<'_> {
         points_at(self.scene, one, phases, &self.options.run(Keep::Final))
     }
 
-    /// Whether an orbit is known.
+    /// Whether a cycle is among those known.
     pub fn knows(&self, own: &Attractor) -> Result<bool> {
         for one in &self.known {
             if self.are_one_cycle(one, own)? {
@@ -91,11 +90,11 @@ impl Search<'_> {
     }
 
     /// What the motion from a state settles on.
-    pub fn settle(&self, state: &PhysicalState, go_on: ObserverFn<'_>) -> Result<Found> {
+    pub fn settle(&self, state: &PhysicalState, go_on: ObserverFn<'_>) -> Result<SeedOutcome> {
         let periods = self.options.transient;
         let run = self.run(state, 0, periods, Keep::Final, go_on);
         let mut run = match run {
-            Err(error) if error.is_about("q0") => return Ok(Found::Inside),
+            Err(error) if error.is_about("q0") => return Ok(SeedOutcome::Inside),
             run => run?,
         };
         let mut reason = String::new();
@@ -104,24 +103,24 @@ impl Search<'_> {
         let mut limit = self.options.max_periods.max(periods + 1);
         let mut is_told = false;
         let longest = self.options.longest_period;
-        let mut looked_for = longest.min(AT_FIRST);
+        let mut looked_for = longest.min(FIRST_SOUGHT_PERIODS);
         let least = 3 * looked_for + 4;
         loop {
             if self.is_far(&run) {
                 return self.far_away(&run, done, go_on);
             }
             if run.status() != Status::Finished {
-                return Ok(Found::Undecided);
+                return Ok(SeedOutcome::Undecided);
             }
             if done >= limit {
                 let (found, longer) = self.by_exponents(&run, done, &reason, go_on)?;
                 if is_told || longer == 0 {
                     return Ok(found);
                 }
-                // It comes nearer to an orbit, and in so many periods is there.
+                // It approaches an orbit slowly, and reaches it in `longer` periods by the rate of its exponents.
                 (is_told, limit) = (true, done + longer);
             }
-            // Windows in which the periods that are looked for fit three times, as far as the limit allows.
+            // A window holds three of the longest period that is sought, as far as the limit allows.
             let window = (3 * looked_for + 4).min((limit - done).max(least));
             run = self.run(&owned(&run), done, window, Keep::Motion, go_on)?;
             done += window;
@@ -132,7 +131,7 @@ impl Search<'_> {
             looked_for = longest.min(2 * looked_for);
             if now.n_periods == 0 {
                 if now.advance.is_some() {
-                    return Ok(Found::Drifting);
+                    return Ok(SeedOutcome::Drifting);
                 }
                 continue;
             }
@@ -140,7 +139,7 @@ impl Search<'_> {
                 return Ok(attractor(known.clone()));
             }
             if self.turns(&run, now.n_periods)? {
-                // No orbit in q: it is told by its points, seen twice.
+                // Its q does not close: its points describe it, once two windows show the same period.
                 if has_turned == now.n_periods {
                     let turning = self.repeating(&run, &now, TURNS.into());
                     return turning.map(attractor);
@@ -150,7 +149,7 @@ impl Search<'_> {
             }
             match self.closed(&run, &now, go_on) {
                 Ok(Some(closed)) => return Ok(attractor(closed)),
-                // It comes nearer slowly: further on it is told again.
+                // The orbit is another or still too far away: the next window tries again.
                 Ok(None) => {}
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => {
@@ -168,25 +167,30 @@ impl Search<'_> {
         settled(&Motion::Trajectory(run), self.around.turns(), longest)
     }
 
-    /// What a motion far away does.
-    fn far_away(&self, run: &Trajectory, done: usize, go_on: ObserverFn<'_>) -> Result<Found> {
-        let window = 3 * self.options.longest_period.min(AT_FIRST) + 4;
+    /// The outcome of a motion far from the box: it drifts if it repeats itself but for an advance.
+    fn far_away(
+        &self,
+        run: &Trajectory,
+        done: usize,
+        go_on: ObserverFn<'_>,
+    ) -> Result<SeedOutcome> {
+        let window = 3 * self.options.longest_period.min(FIRST_SOUGHT_PERIODS) + 4;
         let run = match self.run(&owned(run), done, window, Keep::Motion, go_on) {
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            // It grows until it is no number.
-            Err(_) => return Ok(Found::Lost),
+            // It overflows.
+            Err(_) => return Ok(SeedOutcome::Lost),
             Ok(run) => run,
         };
         if run.status() != Status::Finished {
-            return Ok(Found::Lost);
+            return Ok(SeedOutcome::Lost);
         }
-        Ok(match self.settled(&run, AT_FIRST)?.advance {
-            Some(_) => Found::Drifting,
-            None => Found::Lost,
+        Ok(match self.settled(&run, FIRST_SOUGHT_PERIODS)?.advance {
+            Some(_) => SeedOutcome::Drifting,
+            None => SeedOutcome::Lost,
         })
     }
 
-    /// A run of some periods, from so many after the start.
+    /// A run of some periods from a state that the motion has `first` periods after the start.
     pub(super) fn run(
         &self,
         (q, v): &PhysicalState,
@@ -204,7 +208,7 @@ impl Search<'_> {
     /// Whether a motion has left the surroundings of the box.
     fn is_far(&self, run: &Trajectory) -> bool {
         let (q, v) = run.last();
-        self.around.beyond(q.iter().chain(v.iter())) > FAR
+        self.around.beyond(q.iter().chain(v.iter())) > LEFT_BOX
     }
 
     /// Whether an angle goes round in a number of periods.
@@ -225,7 +229,7 @@ impl Search<'_> {
         Ok(turns.iter().enumerate().any(goes_round))
     }
 
-    /// The orbit that is known of a motion of some periods.
+    /// The known orbit that a motion with a period is on.
     fn known_one(&self, run: &Trajectory, n_periods: usize) -> Result<Option<&Attractor>> {
         for one in &self.known {
             if !n_periods.is_multiple_of(one.n_periods.max(1)) {
@@ -242,8 +246,9 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// The attractor that is the orbit which a motion is near; none where that is another, or unstable. The motion was seen to repeat
-    /// itself after some periods; what comes nearer slowly may do so after fewer.
+    /// The orbit that a motion is near, closed by Newton's method; none where that is another orbit, or an unstable one. The motion repeats
+    /// itself after `now.n_periods`; the orbit may have a divisor of them as its period, since a motion that approaches it slowly repeats
+    /// itself after several rounds first.
     pub(super) fn closed(
         &self,
         run: &Trajectory,
@@ -261,7 +266,7 @@ impl Search<'_> {
         self.closed_after(n, run, now, go_on)
     }
 
-    /// The same after so many periods.
+    /// [`Self::closed`] for an orbit of so many periods.
     fn closed_after(
         &self,
         n_periods: usize,
@@ -283,10 +288,11 @@ impl Search<'_> {
             .orders
             .first()
             .map_or(0.0, OrderMultipliers::spectral_radius);
-        if largest > NEUTRAL {
+        if largest > NEUTRAL_MULTIPLIER {
             return Ok(None);
         }
-        // The last state at a phase between impacts is one of the orbit's, but for what is left of a deviation.
+        // The last state, at a phase far from impacts, must be a point of the orbit but for a deviation that still decays: a change by
+        // `SAME_STATE` in a round leaves `SAME_STATE / (1 - largest)` in all.
         let (points, phase) = quiet(&orbit);
         let seen = self.points(&Motion::Trajectory(run), phase)?;
         let Some(last) = seen.nrows().checked_sub(1) else {
@@ -338,7 +344,7 @@ impl Search<'_> {
         })
     }
 
-    /// What repeats itself and has no orbit, for a reason.
+    /// The attractor of a motion that repeats itself although no orbit could be closed, for a reason.
     pub(super) fn repeating(
         &self,
         run: &Trajectory,
@@ -363,14 +369,14 @@ impl Search<'_> {
     }
 }
 
-/// The stops hit in one round of what was seen to repeat itself after several.
+/// The stops hit in one round of a motion whose repetition was found over several rounds.
 fn of_one_round(seen: &Settled, round: usize) -> Result<Pattern> {
     let instants = seen.pattern.instants();
     Pattern::new(instants[..instants.len() * round / seen.n_periods.max(1)].to_vec())
 }
 
-pub(super) fn attractor(found: Attractor) -> Found {
-    Found::Attractor(Box::new(found))
+pub(super) fn attractor(found: Attractor) -> SeedOutcome {
+    SeedOutcome::Attractor(Box::new(found))
 }
 
 /// The last state of a run.

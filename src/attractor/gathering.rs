@@ -1,43 +1,39 @@
-//! Which motions have settled on one attractor, and the list of all.
+//! The list of attractors from the outcomes of seeds: motions on one attractor form a group. Cycles are compared point by point, sets by
+//! the nearest neighbours of their states, one in each period of the forcing; where too few states do not tell, motions are carried on.
+//!
+//! States are rows (q, v) in units of the scene. Source: docs/theory.md, sections 15 and 17.
 
-use crate::attractor::finding::{Found, Search};
+use crate::attractor::finding::{AttractorSearch, SeedOutcome};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::list::Attractors;
 use crate::attractor::one::Attractor;
-use crate::attractor::unsettled::KEPT;
 use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::observer::ObserverFn;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
 use crate::simulate::{Keep, SimulateOptions, Status, simulate_observed};
+use crate::tolerance::{MOST_SET_DOUBLINGS, ORBIT_CHECK_STATES, SET_DOUBLINGS_APART, SET_STATES};
 use nalgebra::DMatrix;
-
-/// How often motions are carried on to twice as many states, where these do not tell whether their sets are one, and how often at least
-/// where they seem to be two and each has come back to where it was: a motion may visit some parts of its set rarely.
-const DOUBLED: usize = 5;
-const DOUBLED_APART: usize = 2;
-/// States at the end of a motion that is carried on by which it is told whether it has come to an orbit.
-const LAST: usize = 1504;
 
 /// Motions that have settled on one attractor.
 struct Group {
-    /// Their numbers.
+    /// The indices of their seeds.
     members: Vec<usize>,
     one: Attractor,
-    /// Its points, and more where it was carried on.
+    /// Its states, one in each period, shape `(p, 2n)`: its points, and more once the motion was carried on.
     states: DMatrix<f64>,
 }
 
-/// The attractors among what starts have settled on, the one that most starts led to first.
+/// The attractors among the outcomes of seeds, the one that most seeds led to first.
 pub(super) fn gathered(
-    search: &Search<'_>,
-    found: &[Found],
+    search: &AttractorSearch<'_>,
+    found: &[SeedOutcome],
     go_on: ObserverFn<'_>,
 ) -> Result<Attractors> {
     let measure = search.measure();
     let mut groups: Vec<Group> = Vec::new();
     for (i, own) in found.iter().enumerate() {
-        if let Found::Attractor(own) = own {
+        if let SeedOutcome::Attractor(own) = own {
             match place(search, &groups, own)? {
                 Some(k) => groups[k].members.push(i),
                 None => groups.push(Group {
@@ -53,8 +49,8 @@ pub(super) fn gathered(
     }
     let mut groups = merged(search, groups, go_on)?;
     for (i, own) in found.iter().enumerate() {
-        // Its exponents alone do not say what it is; another's on the same set do.
-        if let Found::Unclear(states) = own {
+        // Its own exponents leave it undecided; those of another motion on the same set decide.
+        if let SeedOutcome::Unclear(states) = own {
             let is_on = |group: &&mut Group| {
                 !group.one.is_cycle() && compared(&group.states, states, &measure) == Sets::One
             };
@@ -67,8 +63,8 @@ pub(super) fn gathered(
     Ok(listed(groups, found))
 }
 
-/// The group that an attractor belongs to.
-fn place(search: &Search<'_>, groups: &[Group], own: &Attractor) -> Result<Option<usize>> {
+/// The index of the group that an attractor belongs to.
+fn place(search: &AttractorSearch<'_>, groups: &[Group], own: &Attractor) -> Result<Option<usize>> {
     for (k, group) in groups.iter().enumerate() {
         let is_one = match (group.one.is_cycle(), own.is_cycle()) {
             (true, true) => search.are_one_cycle(&group.one, own)?,
@@ -82,12 +78,12 @@ fn place(search: &Search<'_>, groups: &[Group], own: &Attractor) -> Result<Optio
     Ok(None)
 }
 
-/// The one that stands for a group: of a set on which some start has come to rest on a stop, that one, since all repeat themselves
-/// however long they have not; else one of the kind that most are of.
-fn standing(group: &Group, found: &[Found]) -> Attractor {
+/// The attractor that represents a group: a periodic one if there is one, since of motions on one set all repeat themselves once one has
+/// come to rest on a stop; else one of the kind that most members are of.
+fn standing(group: &Group, found: &[SeedOutcome]) -> Attractor {
     let members = || {
         group.members.iter().filter_map(|&i| match &found[i] {
-            Found::Attractor(own) => Some(own),
+            SeedOutcome::Attractor(own) => Some(own),
             _ => None,
         })
     };
@@ -102,10 +98,10 @@ fn standing(group: &Group, found: &[Found]) -> Attractor {
     own.map_or_else(|| group.one.clone(), |own| (**own).clone())
 }
 
-/// Groups of sets that are one, as far as their motions, carried on, tell; the largest first. A motion that leaves its set on the way
-/// was on none: it counts where it settles then.
+/// Merges groups whose sets are one by the states of motions that are carried on; the largest group first. A motion that leaves its set
+/// while it is carried on was on a transient: it joins the group of the attractor that it settles on then.
 fn merged(
-    search: &Search<'_>,
+    search: &AttractorSearch<'_>,
     mut groups: Vec<Group>,
     go_on: ObserverFn<'_>,
 ) -> Result<Vec<Group>> {
@@ -113,7 +109,12 @@ fn merged(
     let (mut kept, sets): (Vec<Group>, Vec<Group>) =
         groups.into_iter().partition(|group| group.one.is_cycle());
     'sets: for mut own in sets {
-        if !carry_on(search, &mut own.states, KEPT << DOUBLED_APART, go_on)? {
+        if !carry_on(
+            search,
+            &mut own.states,
+            SET_STATES << SET_DOUBLINGS_APART,
+            go_on,
+        )? {
             settle_again(search, &mut kept, own, go_on)?;
             continue;
         }
@@ -146,16 +147,17 @@ enum Relation {
     Left,
 }
 
+/// Carries two motions on, to twice as many states each time, until their states tell whether their sets are one.
 fn carried_on_and_compared(
-    search: &Search<'_>,
+    search: &AttractorSearch<'_>,
     other: &mut Group,
     own: &mut Group,
     go_on: ObserverFn<'_>,
 ) -> Result<Relation> {
     let measure = search.measure();
     let mut relation = Relation::Apart;
-    for doubled in 0..=DOUBLED {
-        let count = KEPT << doubled;
+    for doubled in 0..=MOST_SET_DOUBLINGS {
+        let count = SET_STATES << doubled;
         if !carry_on(search, &mut own.states, count, go_on)? {
             return Ok(Relation::Left);
         }
@@ -165,24 +167,25 @@ fn carried_on_and_compared(
         relation = match compared(&own.states, &other.states, &measure) {
             Sets::One => return Ok(Relation::One),
             Sets::Apart => Relation::Apart,
-            // What is not two in the end is one.
+            // Sets that no number of states tells apart count as one.
             Sets::Unclear => Relation::One,
         };
+        // Each motion has gone through all of its set, as far as its own states tell.
         let are_whole = || {
             [&own, &other]
                 .iter()
                 .all(|one| comes_back(&one.states, &measure))
         };
-        if matches!(relation, Relation::Apart) && doubled >= DOUBLED_APART && are_whole() {
+        if matches!(relation, Relation::Apart) && doubled >= SET_DOUBLINGS_APART && are_whole() {
             break;
         }
     }
     Ok(relation)
 }
 
-/// Carries a motion on until so many of its states are had; whether it has not come to its end or to an orbit on the way.
+/// Carries a motion on until it has so many states; whether it is still on a set, having neither ended nor come to an orbit.
 fn carry_on(
-    search: &Search<'_>,
+    search: &AttractorSearch<'_>,
     states: &mut DMatrix<f64>,
     count: usize,
     go_on: ObserverFn<'_>,
@@ -209,8 +212,10 @@ fn carry_on(
     longer.view_mut((had, 0), (more, n)).copy_from(&q);
     longer.view_mut((had, n), (more, n)).copy_from(&v);
     *states = search.around.within_turns(longer);
-    let end = states.rows_range(count.saturating_sub(LAST)..).into_owned();
-    Ok(repeats_after(&end, &search.measure(), LAST / 3) == 0)
+    let end = states
+        .rows_range(count.saturating_sub(ORBIT_CHECK_STATES)..)
+        .into_owned();
+    Ok(repeats_after(&end, &search.measure(), ORBIT_CHECK_STATES / 3) == 0)
 }
 
 /// The last of some states.
@@ -226,14 +231,14 @@ fn last_of(states: &DMatrix<f64>) -> PhysicalState {
     (part(0), part(n))
 }
 
-/// Puts those whose motion has left its set to where it settles.
+/// Puts the members of a group whose motion has left its set into the group of the attractor that it settles on.
 fn settle_again(
-    search: &Search<'_>,
+    search: &AttractorSearch<'_>,
     groups: &mut Vec<Group>,
     left: Group,
     go_on: ObserverFn<'_>,
 ) -> Result<()> {
-    if let Found::Attractor(own) = search.settle(&last_of(&left.states), go_on)? {
+    if let SeedOutcome::Attractor(own) = search.settle(&last_of(&left.states), go_on)? {
         match place(search, groups, &own)? {
             Some(k) => groups[k].members.extend(left.members),
             None => groups.push(Group {
@@ -247,18 +252,18 @@ fn settle_again(
 }
 
 /// The list of all.
-fn listed(groups: Vec<Group>, found: &[Found]) -> Attractors {
+fn listed(groups: Vec<Group>, found: &[SeedOutcome]) -> Attractors {
     let mut of_seed = vec![None; found.len()];
     for (place, group) in groups.iter().enumerate() {
         for &i in &group.members {
             of_seed[i] = Some(place);
         }
     }
-    let count = |is_one: fn(&Found) -> bool| found.iter().filter(|own| is_one(own)).count();
-    let n_inside = count(|own| matches!(own, Found::Inside));
+    let count = |is_one: fn(&SeedOutcome) -> bool| found.iter().filter(|own| is_one(own)).count();
+    let n_inside = count(|own| matches!(own, SeedOutcome::Inside));
     let (n_lost, n_drifting) = (
-        count(|own| matches!(own, Found::Lost)),
-        count(|own| matches!(own, Found::Drifting)),
+        count(|own| matches!(own, SeedOutcome::Lost)),
+        count(|own| matches!(own, SeedOutcome::Drifting)),
     );
     let decided = of_seed.iter().flatten().count();
     let outside = (found.len() - n_inside) as f64;

@@ -1,4 +1,4 @@
-//! What a motion may settle on.
+//! The kinds of attractors, by how the motion on them repeats itself.
 
 #[cfg(feature = "python")]
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The attractors of a scene.
+//! The list of attractors of a scene, with the seeds that led to each. Attractors and seeds are counted from 0.
 
 use crate::attractor::one::Attractor;
 
@@ -7,7 +7,8 @@ use crate::attractor::one::Attractor;
 pub struct Attractors {
     /// The attractors.
     pub all: Vec<Attractor>,
-    /// Of each start the place of its attractor; `None` of those that were not decided, were lost, drift, or began inside a stop.
+    /// The index of the attractor of each start, shape `(k,)`; `None` where the start was not decided, was lost, drifts, or began inside a
+    /// stop.
     pub of_seed: Vec<Option<usize>>,
     /// Starts that were not decided.
     pub n_undecided: usize,

@@ -1,4 +1,7 @@
-//! What the motions of a scene settle on (theory 17).
+//! Attractors: what the motions of a scene with a period of the forcing settle on, found from many starts in a box of states. Unknown are
+//! the states (q, v), in units of the scene, at one phase of the forcing \[rad\]; distances are parts of the box. `finding.rs` follows one
+//! motion, `unsettled.rs` and `rests.rs` classify those without a short period, `gathering.rs` makes the list. Source: docs/theory.md,
+//! section 17.
 
 mod at_phase;
 mod attractors;
@@ -17,7 +20,7 @@ pub use attractors::find_attractors;
 #[cfg(feature = "python")]
 pub(crate) use attractors::{gathered_seeds, settle_seeds};
 #[cfg(feature = "python")]
-pub(crate) use finding::Found;
+pub(crate) use finding::SeedOutcome;
 pub use kind::AttractorKind;
 pub use list::Attractors;
 pub use one::Attractor;

@@ -1,4 +1,5 @@
-//! An attractor.
+//! An attractor: what motions settle on, by its states at one phase of the forcing, with its orbit where it has one. States are (q, v) in
+//! units of the scene, exponents are per unit of time.
 
 use crate::attractor::kind::AttractorKind;
 use crate::orbit::{Pattern, PeriodicOrbit};
@@ -13,16 +14,17 @@ pub struct Attractor {
     pub orbit: Option<PeriodicOrbit>,
     /// Periods of the forcing in one of its own; zero of what does not repeat itself.
     pub n_periods: usize,
-    /// Its states (q, v) at the phase, one after the other, of what does not repeat itself a thousand; shape `(p, 2n)`. A thousand, or one
-    /// less, too of what comes to rest on a stop once in a period so long that rounding decides where it is in between.
+    /// Its states (q, v) at the phase, one period of the forcing after the other, shape `(p, 2n)`, \[units of q and v\]. A cycle has one
+    /// for each of its periods, a set a thousand; so has, or one less, a motion that comes to rest on a stop once in a period so long that
+    /// rounding decides where it is in between.
     pub points: DMatrix<f64>,
-    /// Its Lyapunov exponents; empty where it has no multipliers.
+    /// Its Lyapunov exponents, the largest first, shape `(2n,)`, \[1/s\]; empty where it has no multipliers.
     pub exponents: Vec<f64>,
     /// The stops hit in one of its periods; empty where it has none.
     pub pattern: Pattern,
     /// Why it has no orbit; empty where it has.
     pub reason: String,
-    /// The part of the starts outside every stop that led to it.
+    /// The part of the starts outside every stop that led to it \[-\].
     pub fraction: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Options of the search for attractors.
+//! Options of the search for attractors. Periods count those of the forcing, phases are in \[rad\].
 
 use crate::simulate::{Keep, Method, SimulateOptions};
 use crate::sweep::SweepOptions;
@@ -41,7 +41,7 @@ impl Default for AttractorOptions {
 }
 
 impl AttractorOptions {
-    /// Those of a run of which so much is kept.
+    /// The options of a run that keeps `keep`.
     pub(crate) fn run(&self, keep: Keep) -> SimulateOptions {
         SimulateOptions::by(self.method, (self.rtol, self.atol), keep)
     }

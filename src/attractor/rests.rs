@@ -1,8 +1,11 @@
-//! Motions that come to rest on a stop once in a long while. What is let go again begins with one of few pairs of state and phase, so
-//! that between two releases that are alike lies a whole number of its periods, though between them deviations may have grown from
-//! rounding to the size of the motion: the number is then that of the computed motion.
+//! The period of motions that come to rest on a stop once in a long while. A rest forgets the motion before it: the release from it is one
+//! of few pairs of state and phase, so that a whole number of periods of the motion lies between two releases that are alike. Where
+//! deviations grow from rounding to the size of the motion in between, it is the period of the computed motion alone.
+//!
+//! States are (q, v) in units of the scene, phases are those of the forcing \[rad\], periods count those of the forcing. Source:
+//! docs/theory.md, section 17.
 
-use crate::attractor::finding::{Search, owned};
+use crate::attractor::finding::{AttractorSearch, owned};
 use crate::error::Result;
 use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
@@ -12,29 +15,29 @@ use crate::tolerance::SAME_STATE;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// So many times the periods that exponents were taken over are gone through for two releases that are alike.
-const TIMES: usize = 16;
+/// Spans, each as long as the one that the exponents were taken over, that are searched for two releases that are alike. [work]
+const MOST_REST_SPANS: usize = 16;
 
-/// A stop is let go.
-struct Release {
+/// The end of a rest on stops: when, on which, at which phase of the forcing \[rad\], and the state (q, v) as a row.
+struct StickEnd {
     time: f64,
     stops: Vec<usize>,
     phase: f64,
     state: DMatrix<f64>,
 }
 
-impl Search<'_> {
-    /// Periods between the last two releases that are alike, of a motion from a state so many periods after its start; none where it
-    /// is let go no two times in many times so many periods.
+impl AttractorSearch<'_> {
+    /// Periods of the forcing between the last two releases that are alike, of a motion that is in a state `done` periods after its start;
+    /// none where no two are alike in [`MOST_REST_SPANS`] times `periods`.
     pub(super) fn between_rests(
         &self,
         state: &PhysicalState,
         (done, periods): (usize, usize),
         go_on: ObserverFn<'_>,
     ) -> Result<Option<usize>> {
-        let mut releases: Vec<Release> = Vec::new();
+        let mut releases: Vec<StickEnd> = Vec::new();
         let mut state = state.clone();
-        for k in 0..TIMES {
+        for k in 0..MOST_REST_SPANS {
             let run = self.run(&state, done + k * periods, periods, Keep::Motion, go_on)?;
             if run.status() != Status::Finished {
                 return Ok(None);
@@ -49,10 +52,10 @@ impl Search<'_> {
     }
 
     /// Periods between the last two releases that are alike.
-    fn between(&self, releases: &[Release]) -> Option<usize> {
+    fn between(&self, releases: &[StickEnd]) -> Option<usize> {
         let (last, earlier) = releases.split_last()?;
         let measure = self.measure();
-        let is_like = |one: &&Release| {
+        let is_like = |one: &&StickEnd| {
             let turn = (last.phase - one.phase + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
             let size = measure.size(&last.state);
             one.stops == last.stops
@@ -66,7 +69,7 @@ impl Search<'_> {
 }
 
 /// The releases of a run.
-fn releases(run: &Trajectory) -> Result<Vec<Release>> {
+fn releases(run: &Trajectory) -> Result<Vec<StickEnd>> {
     let end = run.t_end();
     let phase = run.forcing_phase();
     let mut all = Vec::new();
@@ -76,7 +79,7 @@ fn releases(run: &Trajectory) -> Result<Vec<Release>> {
         }
         let (q, v) = run.state(part.end, ImpactSide::After)?;
         let n = q.len();
-        all.push(Release {
+        all.push(StickEnd {
             time: part.end,
             stops: part.stops.to_vec(),
             phase: phase(part.end),

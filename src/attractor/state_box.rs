@@ -1,4 +1,5 @@
-//! A box of states, in which attractors are sought and by which distances are measured.
+//! The box of states in which attractors are sought and whose widths are the unit of distances: a difference of states is divided by the
+//! width of the box in each coordinate \[-\]. Bounds are (q, v) in units of the scene; positions may be angles, equal a turn apart.
 
 use crate::error::{Error, Result};
 use crate::quantity::finite_vector;
@@ -12,7 +13,7 @@ pub struct StateBox {
     high: DVector<f64>,
     /// The widths by which distances are measured: where a coordinate has none, the largest of its kind.
     widths: DVector<f64>,
-    /// The turn of each coordinate, zero of those that are no angles.
+    /// The turn of each coordinate, zero for those that are no angles.
     turns: DVector<f64>,
 }
 
@@ -56,7 +57,7 @@ impl StateBox {
         })
     }
 
-    /// The same box in which a position is an angle: it is the same a turn, such as 2 pi, on.
+    /// The same box with a position that is an angle: equal a turn, such as 2 pi, apart.
     ///
     /// # Errors
     /// A position that there is not; a turn that is not positive and finite.
@@ -83,7 +84,7 @@ impl StateBox {
         Err(Error::bad_shape("box", shape(self.low.len()), shape(2 * n)))
     }
 
-    /// The turns of the positions, zero of those that are no angles.
+    /// The turns of the positions, zero for those that are no angles.
     pub(crate) fn turns(&self) -> &[f64] {
         &self.turns.as_slice()[..self.turns.len() / 2]
     }
@@ -109,14 +110,14 @@ impl StateBox {
         self.turns.iter().next().is_some_and(|turn| *turn > 0.0)
     }
 
-    /// Where a state lies, in parts of the box.
+    /// Writes a state in parts of the box: from its lowest corner, each coordinate over its width \[-\].
     pub(crate) fn place<'a>(&self, state: impl Iterator<Item = &'a f64>, place: &mut Vec<f64>) {
         let part = |(i, x): (usize, &f64)| (x - self.low[i]) / self.widths[i];
         place.clear();
         place.extend(state.enumerate().map(part));
     }
 
-    /// The largest difference of two places.
+    /// The distance of two states in parts of the box: the largest difference of a coordinate \[-\].
     pub(crate) fn apart(&self, a: &[f64], b: &[f64]) -> f64 {
         self.largest(a.iter().zip(b).map(|(x, y)| x - y))
     }
@@ -133,7 +134,7 @@ impl StateBox {
         sizes.fold(0.0, f64::max)
     }
 
-    /// How far beyond the box a state is, in parts of it; angles are nowhere beyond.
+    /// How far outside the box a state is, in parts of it \[-\]; an angle is never outside.
     pub(crate) fn beyond<'a>(&self, state: impl Iterator<Item = &'a f64>) -> f64 {
         let beyond = |(i, x): (usize, &f64)| {
             let off = (self.low[i] - x).max(x - self.high[i]) / self.widths[i];

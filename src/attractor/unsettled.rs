@@ -1,6 +1,9 @@
-//! What a motion is that does not repeat itself: it is told by its exponents, and by where it goes.
+//! The classification of a motion that does not repeat itself: by its Lyapunov exponents, and by whether it comes back to where it was.
+//!
+//! Exponents are per unit of time \[1/s\]; states are rows (q, v) in units of the scene, one in each period of the forcing, and periods
+//! count those. Source: docs/theory.md, sections 16 and 17.
 
-use crate::attractor::finding::{Found, Search, attractor, owned};
+use crate::attractor::finding::{AttractorSearch, SeedOutcome, attractor, owned};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::one::Attractor;
 use crate::error::{Error, Result};
@@ -10,28 +13,31 @@ use crate::observer::ObserverFn;
 use crate::orbit::Pattern;
 use crate::recurrence::{comes_back, repeats_after};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use crate::tolerance::SET_STATES;
 use nalgebra::DMatrix;
 
-/// Points that are kept.
-pub(super) const KEPT: usize = 1000;
-/// Logarithm of the part to which a motion that comes nearer to an orbit is to come, and how many times longer than before that may take.
-const NEARER: f64 = 18.0;
-const PATIENCE: usize = 20;
-/// How many times longer a motion is followed that goes on from where it was and is not yet back there.
-const FARTHER: usize = 5;
+/// A motion that comes nearer to an orbit is followed until its deviations have fallen by the factor `exp(18)`, 1e8: far below the distance
+/// at which it counts as being there. [work]
+const APPROACH_E_FOLDS: f64 = 18.0;
+/// How many times as long as the exponents were taken over a motion is followed at most that comes nearer to an orbit. [work]
+const MOST_APPROACH_SPANS: usize = 20;
+/// How many times as long as the exponents were taken over a motion is followed that has not come back to where it was: it may decay
+/// slowly. [work]
+const DECAY_SPANS: usize = 5;
 
-impl Search<'_> {
-    /// What does not repeat itself within the periods looked for; where it comes nearer to an orbit, slowly, the periods until it is there.
+impl AttractorSearch<'_> {
+    /// The outcome of a motion without a period up to the longest one sought; and, where that may change, for how many more periods it is
+    /// to be followed, else zero.
     pub(super) fn by_exponents(
         &self,
         run: &Trajectory,
         done: usize,
         reason: &str,
         go_on: ObserverFn<'_>,
-    ) -> Result<(Found, usize)> {
+    ) -> Result<(SeedOutcome, usize)> {
         let (q, v) = run.last();
         let time = |periods: usize| self.start + self.period * (done + periods) as f64;
-        let periods = self.options.max_periods.max(KEPT);
+        let periods = self.options.max_periods.max(SET_STATES);
         let span = (time(0), time(periods));
         let options = LyapunovOptions {
             method: self.options.method,
@@ -41,16 +47,16 @@ impl Search<'_> {
         };
         let found =
             lyapunov_exponents_observed(self.scene, q, v, span, &options, &mut |_| go_on())?;
-        // An angle that is on by the same in each period goes round a torus.
+        // An angle that advances by the same in each period goes round a torus: only positions drift.
         let has_angles = self.around.turns().iter().any(|turn| *turn > 0.0);
         if found.verdict == Attraction::Drift && !has_angles {
-            return Ok((Found::Drifting, 0));
+            return Ok((SeedOutcome::Drifting, 0));
         }
         let Some(points) = self.strobed(run, (done, periods), go_on)? else {
-            return Ok((Found::Undecided, 0));
+            return Ok((SeedOutcome::Undecided, 0));
         };
-        // What was chaotic for a while, or has a long period, repeats itself by now.
-        let long = repeats_after(&points, &self.measure(), KEPT / 2);
+        // After a chaotic transient, or with a long period, it may repeat itself by now.
+        let long = repeats_after(&points, &self.measure(), SET_STATES / 2);
         if long > 0 {
             let state = (q.clone(), v.clone());
             return self.long_round((done, periods, long), &state, go_on);
@@ -80,14 +86,14 @@ impl Search<'_> {
             }
             Attraction::Periodic => {
                 if largest.is_finite() {
-                    let longer = (-NEARER / (largest * self.period)).ceil();
-                    let is_near = longer > 0.0 && longer <= (PATIENCE * periods) as f64;
+                    let longer = (-APPROACH_E_FOLDS / (largest * self.period)).ceil();
+                    let is_near = longer > 0.0 && longer <= (MOST_APPROACH_SPANS * periods) as f64;
                     let longer = if is_near { longer as usize } else { 0 };
-                    return Ok((Found::Unclear(points), longer));
+                    return Ok((SeedOutcome::Unclear(points), longer));
                 }
                 let rests = self.between_rests(&(q.clone(), v.clone()), (done, periods), go_on)?;
                 Ok(match rests {
-                    None => (Found::Unclear(points), 0),
+                    None => (SeedOutcome::Unclear(points), 0),
                     Some(n_periods) => {
                         let kept = points.nrows() - usize::from(points.nrows() == n_periods);
                         let points = points.rows(points.nrows() - kept, kept).into_owned();
@@ -100,15 +106,15 @@ impl Search<'_> {
                 })
             }
             Attraction::Drift | Attraction::Undecided => {
-                // What decays slowly does not come back.
+                // A motion that has not come back may be one that decays slowly.
                 let is_back = comes_back(&points, &self.measure());
-                let longer = if is_back { 0 } else { FARTHER * periods };
-                Ok((Found::Unclear(points), longer))
+                let longer = if is_back { 0 } else { DECAY_SPANS * periods };
+                Ok((SeedOutcome::Unclear(points), longer))
             }
         }
     }
 
-    /// The last states of a motion, one in each period, that goes on for some periods; none where it ends before.
+    /// The last [`SET_STATES`] states, one in each period, of a motion carried on for some periods; none where it ends before.
     fn strobed(
         &self,
         run: &Trajectory,
@@ -117,7 +123,7 @@ impl Search<'_> {
     ) -> Result<Option<DMatrix<f64>>> {
         let time = |periods: usize| self.start + self.period * (done + periods) as f64;
         let sampled = SimulateOptions {
-            t_eval: Some((periods - KEPT..periods).map(time).collect()),
+            t_eval: Some((periods - SET_STATES..periods).map(time).collect()),
             ..self.options.run(Keep::Final)
         };
         let (q, v) = run.last();
@@ -134,23 +140,24 @@ impl Search<'_> {
         Ok(Some(self.around.within_turns(states)))
     }
 
-    /// What repeats itself so many periods after a state of its motion, if not before; where no orbit is near enough yet, so many more.
+    /// The outcome of a motion that repeats itself after `long` periods, or after fewer; where no orbit is near enough yet, for how many
+    /// more periods it is to be followed.
     fn long_round(
         &self,
         (done, periods, long): (usize, usize, usize),
         state: &PhysicalState,
         go_on: ObserverFn<'_>,
-    ) -> Result<(Found, usize)> {
+    ) -> Result<(SeedOutcome, usize)> {
         let there = self.run(state, done, periods, Keep::Final, go_on)?;
         let window = 3 * long + 4;
         let run = self.run(&owned(&there), done + periods, window, Keep::Motion, go_on)?;
         let now = self.settled(&run, long)?;
         if now.n_periods == 0 {
-            return Ok((Found::Undecided, periods));
+            return Ok((SeedOutcome::Undecided, periods));
         }
         match self.closed(&run, &now, go_on) {
             Ok(Some(closed)) => Ok((attractor(closed), 0)),
-            Ok(None) => Ok((Found::Undecided, periods)),
+            Ok(None) => Ok((SeedOutcome::Undecided, periods)),
             Err(Error::Interrupted) => Err(Error::Interrupted),
             Err(error) => {
                 let found = self.repeating(&run, &now, error.to_string())?;

@@ -1,9 +1,12 @@
-//! Cells of a basin: each is a function of its state and of the attractors alone.
+//! Labels of grid points of a basin: the attractor that the motion from each point leads to. A label is a function of the point and of the
+//! attractors alone, whatever other points are labelled with it.
+//!
+//! A point is a state (q, v) in units of the scene, with a phase of the forcing \[rad\]; iterations are periods of the forcing.
 
 use crate::attractor::{Attractor, StateBox};
-use crate::basin::abreast::Tile;
+use crate::basin::batch::Tile;
 use crate::basin::label::Label;
-use crate::basin::targets::{Course, Targets};
+use crate::basin::targets::{ProximityCounter, Targets};
 use crate::error::{Error, Failure, Result};
 use crate::flow::registers;
 use crate::flow::steps::State;
@@ -14,7 +17,7 @@ use crate::path::Evaluator;
 use crate::quantity::finite;
 use crate::section::wait;
 use crate::simulate::{
-    Batch, Keep, Method, Run, RunVisitor, SeriesRun, SimulateOptions, Watcher, visit_runs,
+    Batch, Keep, Method, Run, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, visit_runs,
 };
 use crate::sweep::tiles::{fill, fill_tiles};
 use crate::sweep::{Progress, SweepOptions};
@@ -23,12 +26,12 @@ use std::any::Any;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// Periods for which contacts are sought at once.
+/// Periods of the forcing up to which contacts are sought in one go. [work]
 const PERIODS_AT_ONCE: f64 = 24.0;
-/// Cells that a thread takes at a time.
-const TILE: usize = 32;
-/// The same where several run abreast: the last of a tile run with empty places beside them.
-const TILE_ABREAST: usize = 128;
+/// Grid points that a thread takes at a time. [work]
+const BASIN_TILE: usize = 32;
+/// Grid points that a thread takes at a time where they run in lanes of a batch: more, since lanes stay empty at the end of a tile. [work]
+const BASIN_BATCH_TILE: usize = 128;
 
 /// Options of [`basin_cells`].
 #[derive(Debug, Clone, PartialEq)]
@@ -64,12 +67,12 @@ impl Default for BasinOptions {
     }
 }
 
-/// Where states lead to.
+/// Labels of states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BasinCells {
-    /// Of each state.
+    /// Where each state leads to, shape `(k,)`.
     pub labels: Vec<Label>,
-    /// Periods until it was decided.
+    /// Periods of the forcing after which each was decided, shape `(k,)`.
     pub iterations: Vec<usize>,
 }
 
@@ -147,7 +150,7 @@ pub fn basin_cells(
     Ok(BasinCells { labels, iterations })
 }
 
-/// All cells, by runs of the scene.
+/// All grid points, labelled by runs of the scene.
 struct Cells<'s> {
     scene: &'s Scene,
     targets: Arc<Targets>,
@@ -184,8 +187,8 @@ impl RunVisitor for Cells<'_> {
             let part = |first: usize| row.columns(first, n).transpose();
             let start: f64 = wait(period, own_phase, phases[i]);
             let first = start + wait(period, phases[i], targets.phase);
-            let looks = Looks {
-                course: Course::new(&targets),
+            let labeller = MotionLabeller {
+                proximity: ProximityCounter::new(&targets),
                 targets: Arc::clone(&targets),
                 first,
                 period,
@@ -197,10 +200,10 @@ impl RunVisitor for Cells<'_> {
                 0 => start,
                 most => first + period * most as f64,
             };
-            let done = run.watched(
+            let done = run.monitored(
                 (&part(0), &part(n)),
                 (start, end),
-                (Box::new(looks), PERIODS_AT_ONCE * period),
+                (Box::new(labeller), PERIODS_AT_ONCE * period),
                 &mut |_| go_on(),
             );
             match done {
@@ -209,13 +212,20 @@ impl RunVisitor for Cells<'_> {
                 Err(error) if error.is_about("t_span") => Ok((Label::Lost, 0)),
                 Err(error) => Err(error.at(format_args!("states[{i}]"))),
                 Ok(done) => {
-                    let looks = done.record.watch.watcher.map(Watcher::into_any);
-                    let looks = looks.and_then(|looks| looks.downcast::<Looks>().ok());
-                    Ok(looks.map_or((Label::Undecided, 0), |looks| (looks.label, looks.count)))
+                    let labeller = done.record.monitor.monitor.map(RunMonitor::into_any);
+                    let labeller = labeller.and_then(|own| own.downcast::<MotionLabeller>().ok());
+                    Ok(labeller.map_or((Label::Undecided, 0), |own| (own.label, own.count)))
                 }
             }
         };
-        fill(found, TILE, options.sweep, || Ok(make()), work, observer)
+        fill(
+            found,
+            BASIN_TILE,
+            options.sweep,
+            || Ok(make()),
+            work,
+            observer,
+        )
     }
 
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
@@ -227,9 +237,9 @@ impl RunVisitor for Cells<'_> {
         match phases.first() {
             Some(&phase) if self.options.max_periods > 0 && phases.iter().all(|x| *x == phase) => {
                 if registers::width() < 8 {
-                    self.fill_abreast::<4, _, _>(make, phase)
+                    self.fill_batches::<4, _, _>(make, phase)
                 } else {
-                    self.fill_abreast::<8, _, _>(make, phase)
+                    self.fill_batches::<8, _, _>(make, phase)
                 }
             }
             _ => self.visit(make, evaluator),
@@ -238,8 +248,9 @@ impl RunVisitor for Cells<'_> {
 }
 
 impl Cells<'_> {
-    /// Labels cells by K runs abreast, from one phase of the forcing at a time to the first look, and from there.
-    fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
+    /// Labels points by batches of K lanes: from their common phase of the forcing to that of the attractors' points, and from there period
+    /// by period.
+    fn fill_batches<'a, const K: usize, S: State, D: Dynamics + 'a>(
         self,
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
         phase: f64,
@@ -271,14 +282,21 @@ impl Cells<'_> {
             };
             tile.label(batches, go_on).map_err(failed)
         };
-        fill_tiles(found, TILE_ABREAST, options.sweep, together, work, observer)
+        fill_tiles(
+            found,
+            BASIN_BATCH_TILE,
+            options.sweep,
+            together,
+            work,
+            observer,
+        )
     }
 }
 
-/// Looks at one motion until it is decided.
-struct Looks {
+/// Follows one motion, period by period, until it has a label.
+struct MotionLabeller {
     targets: Arc<Targets>,
-    course: Course,
+    proximity: ProximityCounter,
     first: f64,
     period: f64,
     count: usize,
@@ -286,7 +304,7 @@ struct Looks {
     label: Label,
 }
 
-impl Watcher for Looks {
+impl RunMonitor for MotionLabeller {
     fn next(&self) -> f64 {
         self.first + self.period * self.count as f64
     }
@@ -295,9 +313,9 @@ impl Watcher for Looks {
         self.period
     }
 
-    fn look(&mut self, state: &PhysicalState) -> ControlFlow<()> {
+    fn inspect(&mut self, state: &PhysicalState) -> ControlFlow<()> {
         self.count += 1;
-        if let Some(label) = self.course.look(&self.targets, state) {
+        if let Some(label) = self.proximity.update(&self.targets, state) {
             self.label = label;
             return ControlFlow::Break(());
         }

@@ -1,16 +1,17 @@
-//! What is said of a state.
+//! The label of a state: the attractor that its motion leads to, or why there is none. It has no unit; attractors are counted from 0 in the
+//! order of their list.
 
 /// Where a state leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Label {
-    /// To the attractor of this place.
+    /// To the attractor of this index.
     Attractor(usize),
-    /// It was not decided in the periods given.
+    /// Undecided within the periods given.
     #[default]
     Undecided,
-    /// It leaves the surroundings of the box.
+    /// Far away from the box.
     Lost,
-    /// It lies inside a stop.
+    /// Nowhere: it lies inside a stop.
     Inside,
 }
 

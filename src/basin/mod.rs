@@ -1,6 +1,8 @@
-//! Basins: which states of a scene lead to which attractor (theory 18).
+//! Basins: the label of each state of a grid is the attractor that its motion leads to. A label is unknown until the state, compared once
+//! in each period of the forcing with the points of the attractors in parts of the state box \[-\], has followed one of them for some
+//! periods (`targets.rs`). Source: docs/theory.md, section 18.
 
-mod abreast;
+mod batch;
 mod cells;
 mod label;
 mod targets;

@@ -1,4 +1,8 @@
-//! Attractors as what motions are held against, once in each period, at a phase that is far from their impacts.
+//! Proximity of a motion to the attractors: once in each period of the forcing, at a phase far from the impacts of all orbits, its state is
+//! compared with the points of every attractor; it is labelled once it has followed one for long enough.
+//!
+//! Distances are the largest difference of a coordinate in parts of the width of the state box \[-\]; a hit is a period in which the motion
+//! is within the radius of a point. Source: docs/theory.md, section 18.
 
 use crate::attractor::{Attractor, StateBox, points_at, quiet_phase};
 use crate::basin::label::Label;
@@ -6,39 +10,31 @@ use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
 use crate::recurrence::{Measure, Sets, are_one_cycle, compared};
 use crate::simulate::SimulateOptions;
-use crate::tolerance::{FAR, IN_SET};
+use crate::tolerance::{
+    ATTRACTOR_RADIUS, IN_SET, LEFT_BOX, ORBIT_ROUNDS_TO_LABEL, OTHER_ATTRACTOR_PART,
+    OWN_POINT_PART, PERIODS_LOST, SET_PERIODS_TO_LABEL,
+};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// Rounds for which a motion must follow an orbit, and periods for which it must stay on a set, by default.
-const ROUNDS: usize = 3;
-const PERIODS: usize = 20;
-/// A motion is on an attractor within this part of the box, if no other is nearer than five times that.
-const NEAR: f64 = 1e-2;
-const OF_OTHERS: f64 = 0.2;
-/// And if no other point of an orbit is as near as this part of the distance to it, or more.
-const OF_OWN: f64 = 0.4;
-/// A motion far away for so many periods has left.
-const PERIODS_AWAY: usize = 10;
-
-/// An attractor's points, in parts of the box.
+/// An attractor as motions are compared with it; coordinates and the radius are in parts of the box.
 #[derive(Debug, Clone)]
 struct Target {
-    /// In their order.
+    /// The points, of an orbit in the order in which it goes through them.
     points: Vec<Vec<f64>>,
-    /// The first coordinates, ascending, and whose each is.
+    /// The first coordinates, ascending, each with the index of its point.
     firsts: Vec<(f64, usize)>,
     is_set: bool,
     radius: f64,
     hits: usize,
 }
 
-/// All attractors at one phase.
+/// All attractors at one phase of the forcing.
 #[derive(Debug, Clone)]
 pub(crate) struct Targets {
     all: Vec<Target>,
     around: StateBox,
-    /// The phase at which motions are looked at.
+    /// The phase at which motions are compared with the points \[rad\].
     pub phase: f64,
 }
 
@@ -55,7 +51,7 @@ fn spacing(points: &[Vec<f64>], around: &StateBox) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The least distance of points of two lists, each from others than itself.
+/// The least distance between a point of one list and a point of the other; of a list and itself, between two of its points.
 fn least_of(a: &[Vec<f64>], b: &[Vec<f64>], around: &StateBox) -> f64 {
     let pairs = a.iter().flat_map(|x| b.iter().map(move |y| (x, y)));
     let others = pairs.filter(|(x, y)| !std::ptr::eq(*x, *y));
@@ -64,7 +60,8 @@ fn least_of(a: &[Vec<f64>], b: &[Vec<f64>], around: &StateBox) -> f64 {
 }
 
 impl Targets {
-    /// Attractors whose points are at a phase; so many hits decide, if they are given.
+    /// The targets of attractors whose points are at a phase \[rad\]. `hits` is the number of periods after which a motion is labelled;
+    /// `None`: the default of each attractor.
     pub fn new(
         scene: &Scene,
         attractors: &[Attractor],
@@ -80,8 +77,8 @@ impl Targets {
             place
         };
         let measure = Measure::new(around.turns(), TAU / scene.period().unwrap_or_default());
-        // Of a list that has an attractor twice, the first of the two is meant.
-        let mut seen: Vec<(DMatrix<f64>, bool)> = Vec::with_capacity(attractors.len());
+        // If the list has an attractor twice, the first of the two is labelled.
+        let mut earlier: Vec<(DMatrix<f64>, bool)> = Vec::with_capacity(attractors.len());
         let mut all: Vec<Target> = Vec::with_capacity(attractors.len());
         for one in attractors {
             let points = points_at(scene, one, (phase, quiet), options)?;
@@ -92,26 +89,30 @@ impl Targets {
                 (true, true) => compared(&points, other, &measure) == Sets::One,
                 _ => false,
             };
-            let own: Vec<Vec<f64>> = if seen.iter().any(is_one) {
+            let own: Vec<Vec<f64>> = if earlier.iter().any(is_one) {
                 Vec::new()
             } else {
                 (0..points.nrows()).map(|k| scaled(&points, k)).collect()
             };
-            let usual = if is_set { PERIODS } else { ROUNDS * own.len() };
+            let usual = if is_set {
+                SET_PERIODS_TO_LABEL
+            } else {
+                ORBIT_ROUNDS_TO_LABEL * own.len()
+            };
             let mut firsts: Vec<(f64, usize)> = own.iter().map(|x| x[0]).zip(0..).collect();
             firsts.sort_by(|a, b| a.0.total_cmp(&b.0));
             all.push(Target {
                 radius: if is_set {
                     IN_SET * spacing(&own, around)
                 } else {
-                    NEAR.min(OF_OWN * least_of(&own, &own, around))
+                    ATTRACTOR_RADIUS.min(OWN_POINT_PART * least_of(&own, &own, around))
                 },
                 firsts,
                 points: own,
                 is_set,
                 hits: hits.unwrap_or(usual).max(1),
             });
-            seen.push((points, is_set));
+            earlier.push((points, is_set));
         }
         let nearest = |i: usize| {
             let others = all.iter().enumerate().filter(|(j, _)| *j != i);
@@ -120,7 +121,7 @@ impl Targets {
         };
         let least: Vec<f64> = (0..all.len()).map(nearest).collect();
         for (target, least) in all.iter_mut().zip(least) {
-            target.radius = target.radius.min(OF_OTHERS * least);
+            target.radius = target.radius.min(OTHER_ATTRACTOR_PART * least);
         }
         Ok(Self {
             all,
@@ -131,17 +132,17 @@ impl Targets {
 }
 
 impl Target {
-    /// Whether a point is where the motion must be after it was at another, and where that is; from nowhere, anywhere.
+    /// The index of the point that a state is near: the one after that of the period before, if it is near that; else any.
     fn place(&self, around: &StateBox, x: &[f64], before: Option<usize>) -> Option<usize> {
         let is_near = |k: &usize| around.apart(&self.points[*k], x) <= self.radius;
         let after = before.map(|k| (k + 1) % self.points.len());
         after
             .filter(is_near)
-            .or_else(|| self.beside(around, x[0]).find(is_near))
+            .or_else(|| self.near_in_first(around, x[0]).find(is_near))
     }
 
-    /// The points whose first coordinate is near enough.
-    fn beside(&self, around: &StateBox, first: f64) -> impl Iterator<Item = usize> {
+    /// The points whose first coordinate is within the radius.
+    fn near_in_first(&self, around: &StateBox, first: f64) -> impl Iterator<Item = usize> {
         let before = |limit: f64| self.firsts.partition_point(|own| own.0 < limit);
         let (low, high) = (first - self.radius, first + self.radius);
         // An angle may be near a turn away.
@@ -153,43 +154,48 @@ impl Target {
         self.firsts[range].iter().map(|own| own.1)
     }
 
-    /// Whether the second place follows the first.
+    /// Whether the second point follows the first; on a set any does.
     fn follows(&self, before: Option<usize>, now: usize) -> bool {
         self.is_set || before.is_some_and(|k| (k + 1) % self.points.len() == now)
     }
 }
 
-/// What is seen of one motion, looked at once in each period.
+/// How long one motion has been following each attractor, updated once in each period.
 #[derive(Debug, Clone)]
-pub(crate) struct Course {
-    /// Of each attractor the place where the motion is, and for how many periods it has followed it.
-    followed: Vec<(Option<usize>, usize)>,
+pub(crate) struct ProximityCounter {
+    /// Of each attractor the index of the point that the motion is near, and for how many periods in a row it has followed it.
+    matches: Vec<(Option<usize>, usize)>,
+    /// Periods in a row that the motion has been far from the box.
     away: usize,
+    /// The state in parts of the box.
     x: Vec<f64>,
 }
 
-impl Course {
-    /// Nothing yet.
+impl ProximityCounter {
+    /// Of a motion that has not been compared yet.
     pub fn new(targets: &Targets) -> Self {
         Self {
-            followed: vec![(None, 0); targets.all.len()],
+            matches: vec![(None, 0); targets.all.len()],
             away: 0,
             x: Vec::new(),
         }
     }
 
-    /// The state after another period; what is known then.
-    pub fn look(&mut self, targets: &Targets, (q, v): &PhysicalState) -> Option<Label> {
+    /// Takes the state after another period; the label, once it is known.
+    pub fn update(&mut self, targets: &Targets, (q, v): &PhysicalState) -> Option<Label> {
         let state = || q.iter().chain(v.iter());
         targets.around.place(state(), &mut self.x);
-        // No state is farther beyond the box than from its lowest corner.
-        let may_be_away = self.x.iter().any(|part| part.is_nan() || part.abs() > FAR);
-        let is_away = may_be_away && targets.around.beyond(state()) > FAR;
+        // No state is farther from the box than from its lowest corner, which costs less.
+        let may_be_away = self
+            .x
+            .iter()
+            .any(|part| part.is_nan() || part.abs() > LEFT_BOX);
+        let is_away = may_be_away && targets.around.beyond(state()) > LEFT_BOX;
         self.away = if is_away { self.away + 1 } else { 0 };
-        if self.away >= PERIODS_AWAY {
+        if self.away >= PERIODS_LOST {
             return Some(Label::Lost);
         }
-        for (k, (target, (place, hits))) in targets.all.iter().zip(&mut self.followed).enumerate() {
+        for (k, (target, (place, hits))) in targets.all.iter().zip(&mut self.matches).enumerate() {
             let now = target.place(&targets.around, &self.x, *place);
             *hits = match now {
                 Some(now) if *hits > 0 && target.follows(*place, now) => *hits + 1,

@@ -1,30 +1,25 @@
-//! The border of a chatter from the side of the impacts, where grazes accumulate (theory 19, "Chatter border").
+//! The border of a chatter from the side of finitely many impacts: the limit of a sequence of grazes (theory 19, "Chatter border").
 
-use crate::branch::border::Bounces;
+use crate::branch::border::CriticalBounces;
 use crate::branch::continued::continuation_of;
 use crate::branch::end::EndReason;
-use crate::branch::family::{Family, span_of};
 use crate::branch::options::ContinuationOptions;
+use crate::branch::problem::{BranchProblem, span_of};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::switching::born_at;
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
-use crate::tolerance::ORBIT_MARGIN;
+use crate::tolerance::{ACCUMULATING_GRAZE_GAP, ACCUMULATION_FACTOR_MATCH, NEAREST_GRAZES};
 use std::ops::ControlFlow;
 
-/// Impacts that are born one after another, at the most; grazes of which the limit has two digits.
-const MOST_BORN: usize = 40;
-const ENOUGH: usize = 6;
-/// Grazes accumulate if each is nearer to the next by the factor of bounces that just come to rest, to this part of what it has above 1.
-const LIKE_BOUNCES: f64 = 0.2;
-/// A gap of this part of the motion is a touch.
-const UNSEEN: f64 = 0.5 * ORBIT_MARGIN;
-/// Grazes no farther from each other than this part of the range are known no better themselves.
-const NEXT: f64 = 1e-10;
+/// Branches that are followed one after another from graze to graze, at the most. `[work]`
+const MOST_BORN_BRANCHES: usize = 40;
+/// Grazes from which on there is a limit with an error: an extrapolation takes three values, and the second one is to give two. `[exact]`
+const LEAST_GRAZES: usize = 6;
 
-/// The border of a chatter towards which the grazes accumulate of which this is one: behind each an impact more is born, at the end of those
-/// that become ever slower. None where they do not accumulate. From the graze to the branch that is born there, to its graze, and so on, up
-/// to 40 times; the border is extrapolated, and its error is by how much the last steps of that change the limit.
+/// The border of a chatter as the limit of a sequence of grazes that begins with this one: at each graze one more impact is born, after
+/// others that become ever slower. None where the grazes do not accumulate. From the graze to the branch that is born there, to its graze,
+/// and so on, up to 40 times; the border is extrapolated, and its error is by how much the last steps of that change the limit.
 ///
 /// `between` is the range of the branch; `observer` is called with each value reached. The orbit is the last one that touches; the arclength
 /// is not a number, as the border is on none of the branches.
@@ -81,23 +76,23 @@ pub fn accumulation_of(
     };
     let mut last = special.clone();
     let mut values = vec![special.parameter];
-    while values.len() <= MOST_BORN {
+    while values.len() <= MOST_BORN_BRANCHES {
         let Some(next) = next_graze(&last, make, between, observer)? else {
             break;
         };
-        let way = next.parameter - last.parameter;
-        let is_back = values.len() > 1 && way * (last.parameter - values[values.len() - 2]) <= 0.0;
+        let step = next.parameter - last.parameter;
+        let is_back = values.len() > 1 && step * (last.parameter - values[values.len() - 2]) <= 0.0;
         if next.stop != Some(stop) || is_back || !touches(&next)? {
             break;
         }
         values.push(next.parameter);
         last = next;
-        if way.abs() <= NEXT * span_of(between) {
+        if step.abs() <= NEAREST_GRAZES * span_of(between) {
             break;
         }
     }
     let restitution = last.orbit.scene().stops()[stop].restitution();
-    let limit = limit(&values, Bounces::of(restitution).growth);
+    let limit = limit(&values, CriticalBounces::of(restitution).growth);
     Ok(limit.map(|(parameter, error)| Special {
         kind: SpecialKind::ChatterBorder,
         parameter,
@@ -107,15 +102,15 @@ pub fn accumulation_of(
     }))
 }
 
-/// Whether a stop is touched at a graze, not passed by less than is seen, as it is where bounces are no higher than that.
+/// Whether a stop is touched to rounding at a graze; where bounces are lower than the rules of contact see, it is passed unnoticed.
 fn touches(special: &Special) -> Result<bool> {
     let size = special.orbit.max_displacement()?.into_iter();
-    let unseen = UNSEEN * size.fold(0.0, f64::max);
+    let unseen = ACCUMULATING_GRAZE_GAP * size.fold(0.0, f64::max);
     let mut all = special.orbit.touches().iter();
     Ok(all.any(|own| Some(own.stop) == special.stop && own.gap.abs() <= unseen))
 }
 
-/// The graze at the other end of the branch that is born at a graze.
+/// The graze at the other end of the branch with one impact more that begins at a graze.
 fn next_graze(
     special: &Special,
     make: &dyn Fn(f64) -> Result<Scene>,
@@ -125,8 +120,8 @@ fn next_graze(
     let Some(touch) = special.stop.zip(special.time) else {
         return Ok(None);
     };
-    let (family, place) = Family::around(&special.orbit, make, special.parameter, between)?;
-    let Some(born) = born_at(&family, &place, touch)?.pop() else {
+    let (problem, place) = BranchProblem::around(&special.orbit, make, special.parameter, between)?;
+    let Some(born) = born_at(&problem, &place, touch)?.pop() else {
         return Ok(None);
     };
     let options = ContinuationOptions::default();
@@ -149,16 +144,16 @@ fn next_graze(
     Ok(grazes.find(|own| own.kind == SpecialKind::Graze))
 }
 
-/// The limit of values whose differences shrink by a factor that comes to a given one, and how far it is known: Aitken's extrapolation, done
-/// twice, up to where it changes least with the second time and with the last value and the one before. None of too few, or of others.
+/// The limit of values whose differences shrink by a factor that tends to a given one, and its error: Aitken's extrapolation, done twice,
+/// up to the value at which the second one and the last two values change the limit least. None for too few values, or other factors.
 fn limit(values: &[f64], factor: f64) -> Option<(f64, f64)> {
     let is_like = |x: &[f64]| {
         let ratio = (x[1] - x[0]) / (x[2] - x[1]);
-        (ratio - factor).abs() < LIKE_BOUNCES * (factor - 1.0)
+        (ratio - factor).abs() < ACCUMULATION_FACTOR_MATCH * (factor - 1.0)
     };
     let once = extrapolated(values);
     let twice = extrapolated(&once);
-    let each = (ENOUGH..=values.len()).filter(|&count| is_like(&values[count - 3..count]));
+    let each = (LEAST_GRAZES..=values.len()).filter(|&count| is_like(&values[count - 3..count]));
     let each = each.map(|count| {
         let (own, last) = (twice[count - 5], twice[count - 6]);
         let changes = [own - once[count - 3], own - last, last - once[count - 4]];
@@ -170,7 +165,7 @@ fn limit(values: &[f64], factor: f64) -> Option<(f64, f64)> {
     each.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The limits that each three values that follow each other would have as parts of a geometric sequence.
+/// Aitken's extrapolation: the limits that each three successive values would have if their differences were a geometric sequence.
 fn extrapolated(values: &[f64]) -> Vec<f64> {
     let each = values.windows(3).map(|x| {
         let (one, two) = (x[1] - x[0], x[2] - x[1]);

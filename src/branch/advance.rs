@@ -1,151 +1,177 @@
-//! A step along a branch, as far as it can be trusted: what it comes to, and what lies on it (theory 19).
+//! A step along a branch with its verdict: whether it can be trusted, whether a boundary ends it, and which special points lie on it
+//! (theory 19).
 
 use crate::branch::bifurcations::bifurcations;
 use crate::branch::boundary::{Boundary, is_broken, located};
-use crate::branch::corrector::{Missed, Settled, attempted};
+use crate::branch::collapse::{meeting, named};
+use crate::branch::corrector::{CorrectedPoint, CorrectionFailure, attempted};
 use crate::branch::crossings::are_explained;
+use crate::branch::doubling_end::{DoublingEnd, doubling_end};
 use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::family::Family;
-use crate::branch::indicators::Indicators;
 use crate::branch::options::Virtual;
-use crate::branch::place::{Direction, Place};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
+use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::step::{Point, Target, step_to};
-use crate::branch::step_size::step_factor;
-use crate::branch::tip::{Tip, tip};
-use crate::branch::vanished::{meeting, named};
+use crate::branch::step_control::step_factor;
+use crate::branch::test_functions::TestFunctionValues;
 use crate::error::{Result, digits};
 use crate::orbit::PeriodicOrbit;
+use crate::tolerance::{
+    BORDER_BY_ROUNDING, LOOSE_BRANCH_POINT, STEP_PHASE_SHIFT, UNDIVIDED_STEP_LENGTH,
+};
 
-/// A step is refused if an instant goes farther in the phase of the forcing.
-const MOST_SHIFT: f64 = 0.5;
-/// A step no longer than this is not divided because multipliers left the unit circle that no bifurcation tells of.
-const UNEXPLAINED: f64 = 1e-5;
-/// A crossing that is known no better than this part of the range may be none.
-const LOOSE: f64 = 1e-9;
-/// A border at which a flight comes to nothing is no farther than this part of the range from where rules are broken by rounding.
-const BY_ROUNDING: f64 = 1e-5;
-
-/// What a step has come to.
-pub(super) enum Advance {
-    /// A point, the special ones before it, and the factor on the next step.
-    Point(Box<Point>, Vec<Special>, f64),
-    /// An end, a boundary or the tip of a doubled branch, with the last point where one was found, and the special ones.
-    End(Option<Box<Point>>, Vec<Special>, BranchEnd),
-    /// Nothing: a shorter step may come farther, and this is the end where there is none.
-    Refused(Missed),
+/// The outcome of a step.
+pub(super) enum StepOutcome {
+    /// A point, the special points before it, and the factor on the next step.
+    Accepted(Box<AcceptedPoint>, Vec<Special>, f64),
+    /// An end of the branch, a boundary or the doubling of a doubled branch: the last point, where there is one, and the special points.
+    End(Option<Box<AcceptedPoint>>, Vec<Special>, BranchEnd),
+    /// The corrector failed: a shorter step may succeed, and if none does the branch ends for this reason.
+    Refused(CorrectionFailure),
+    /// A point was found that is not trusted: a shorter step may do, and if none does the branch ends for this reason.
     Distrusted(BranchEnd),
 }
 
-/// A step from a point, as far as it can be trusted.
+/// Makes a step from a point and judges it.
 pub(super) fn advance(
-    family: &Family<'_>,
-    from: &Point,
-    target: Target,
+    problem: &BranchProblem<'_>,
+    from: &AcceptedPoint,
+    target: StepTarget,
     beyond: Virtual,
-) -> Result<Advance> {
-    let mut there = step_to(family, from.foot(), target)?;
+) -> Result<StepOutcome> {
+    let mut there = step_to(problem, from.base(), target)?;
     // A step that leads out of the range ends where the range does.
-    let (low, high) = family.range;
+    let (low, high) = problem.range;
     let value = there
         .as_ref()
         .map_or(from.place.value, |settled| settled.place.value);
     if !(low..=high).contains(&value) {
-        there = step_to(family, from.foot(), Target::Value(value.clamp(low, high)))?;
+        there = step_to(
+            problem,
+            from.base(),
+            StepTarget::Value(value.clamp(low, high)),
+        )?;
     }
     let settled = match there {
         Ok(settled) => settled,
-        Err(missed) => return Ok(Advance::Refused(missed)),
+        Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
-    let way = family.between(&from.place, &settled.place);
-    let factor = match judged(from, &settled, (&way, settled.place.n_before_times())) {
+    let chord = problem.between(&from.place, &settled.place);
+    let factor = match judged(from, &settled, (&chord, settled.place.n_before_times())) {
         Ok(factor) => factor,
         Err(reason) => {
             let detail = format!("{reason} at {}", digits(settled.place.value));
-            return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+            return Ok(StepOutcome::Distrusted(BranchEnd::new(
+                EndReason::Step,
+                detail,
+            )));
         }
     };
-    let orbit = match attempted(family.closed_orbit(&settled.place), settled.place.value)? {
+    let orbit = match attempted(problem.closed_orbit(&settled.place), settled.place.value)? {
         Ok(orbit) => orbit,
-        Err(_) if family.signature.images.is_some() => {
+        Err(_) if problem.signature.images.is_some() => {
             let value = settled.place.value;
-            return Ok(Advance::Refused(Missed::NotOdd { value }));
+            return Ok(StepOutcome::Refused(CorrectionFailure::NotOdd { value }));
         }
-        Err(missed) => return Ok(Advance::Refused(missed)),
+        Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
-    if let Some(tip) = at_tip(family, from, &settled.place, beyond)? {
-        return Ok(tip);
+    if let Some(doubling_end) = at_doubling_end(problem, from, &settled.place, beyond)? {
+        return Ok(doubling_end);
     }
     if beyond == Virtual::Stop && is_broken(&orbit) {
-        let mut found = located(family, from, way.length(), (&settled.place, orbit))?;
-        let end = at_boundary(&found);
-        // Where a flight comes to nothing rules are broken by rounding a little before.
-        if let Some(met) = meeting(family, (from, &[]), None, 0.0)? {
-            let last = found.last.as_ref();
-            let broken = last.map_or(from.place.value, |(settled, _)| settled.place.value);
-            if (met.parameter - broken).abs() <= BY_ROUNDING * family.span() {
-                let end = named(end, Some(&met));
-                return Ok(Advance::End(None, vec![met], end));
-            }
-        }
-        let Some((settled, orbit)) = found.last.take() else {
-            if found.left.is_some() {
-                return Ok(Advance::Distrusted(end));
-            }
-            let special = found.special(&found.other, from, family.units.velocity);
-            let end = named(end, special.as_ref());
-            return Ok(Advance::End(None, special.into_iter().collect(), end));
-        };
-        let step = way.length();
-        let way = family.between(&from.place, &settled.place);
-        // What breaks a rule by less than is seen may lie behind the boundary already.
-        let ahead = from.tangent.dot(&way);
-        let own = accepted(family, from, (settled, orbit), way.length().copysign(ahead))?;
-        let mut special = if ahead > 0.0 {
-            bifurcations(family, from, &own, ahead)?
-        } else {
-            Vec::new()
-        };
-        if let Some(end) = unexplained(family, (from, &own), &special)? {
-            return Ok(Advance::Distrusted(end));
-        }
-        if let Some(left) = found.left {
-            return Ok(Advance::Point(Box::new(own), special, 0.5 * left / step));
-        }
-        let boundary = found.special(&found.other, &own, family.units.velocity);
-        let end = named(end, boundary.as_ref());
-        special.extend(boundary);
-        return Ok(Advance::End(Some(Box::new(own)), special, end));
+        return to_boundary(problem, from, &chord, (&settled.place, orbit));
     }
-    let own = accepted(family, from, (settled, orbit), way.length())?;
-    let mut special = bifurcations(family, from, &own, from.tangent.dot(&way))?;
-    if let Some(end) = unexplained(family, (from, &own), &special)? {
-        return Ok(Advance::Distrusted(end));
+    let own = accepted(problem, from, (settled, orbit), chord.length())?;
+    let mut special = bifurcations(problem, from, &own, from.tangent.dot(&chord))?;
+    if let Some(end) = unexplained(problem, (from, &own), &special)? {
+        return Ok(StepOutcome::Distrusted(end));
     }
-    // Branches that come close to each other without crossing look like that from afar, and a long step may lead from one to the other.
+    // Two branches that come close without crossing look like this from afar, and a long step may lead from one to the other.
     let is_loose = |special: &Special| {
-        special.kind == SpecialKind::BranchPoint && special.error > LOOSE * family.span()
+        special.kind == SpecialKind::BranchPoint
+            && special.error > LOOSE_BRANCH_POINT * problem.span()
     };
-    if special.iter().any(is_loose) && way.length() > UNEXPLAINED {
+    if special.iter().any(is_loose) && chord.length() > UNDIVIDED_STEP_LENGTH {
         let detail = format!("another branch is close at {}", digits(own.place.value));
-        return Ok(Advance::Distrusted(BranchEnd::new(EndReason::Step, detail)));
+        return Ok(StepOutcome::Distrusted(BranchEnd::new(
+            EndReason::Step,
+            detail,
+        )));
     }
     if is_broken(&from.orbit) != is_broken(&own.orbit) {
-        special.extend(crossed(family, from, &own)?);
+        special.extend(crossed(problem, from, &own)?);
         special.sort_by(|a, b| a.arclength.total_cmp(&b.arclength));
     }
-    Ok(Advance::Point(Box::new(own), special, factor))
+    Ok(StepOutcome::Accepted(Box::new(own), special, factor))
 }
 
-/// Why a step is not trusted on which multipliers cross the unit circle otherwise than its special points say, unless it is too short to be
+/// The outcome of a step along a chord to a loop whose orbit breaks a rule of contact: the boundary before it.
+fn to_boundary(
+    problem: &BranchProblem<'_>,
+    from: &AcceptedPoint,
+    chord: &BranchDirection,
+    there: (&ParametricLoop, PeriodicOrbit),
+) -> Result<StepOutcome> {
+    let mut found = located(problem, from, chord.length(), there)?;
+    let end = at_boundary(&found);
+    // Where the duration of a flight goes to zero, rules are broken by rounding a little before.
+    if let Some(met) = meeting(problem, (from, &[]), None, 0.0)? {
+        let last = found.last.as_ref();
+        let broken = last.map_or(from.place.value, |(settled, _)| settled.place.value);
+        if (met.parameter - broken).abs() <= BORDER_BY_ROUNDING * problem.span() {
+            let end = named(end, Some(&met));
+            return Ok(StepOutcome::End(None, vec![met], end));
+        }
+    }
+    let Some((settled, orbit)) = found.last.take() else {
+        if found.left.is_some() {
+            return Ok(StepOutcome::Distrusted(end));
+        }
+        let special = found.special(&found.other, from, problem.units.velocity);
+        let end = named(end, special.as_ref());
+        return Ok(StepOutcome::End(None, special.into_iter().collect(), end));
+    };
+    let step = chord.length();
+    let chord = problem.between(&from.place, &settled.place);
+    // A rule that is broken by less than rounding goes unnoticed: the point may lie beyond the boundary already.
+    let ahead = from.tangent.dot(&chord);
+    let own = accepted(
+        problem,
+        from,
+        (settled, orbit),
+        chord.length().copysign(ahead),
+    )?;
+    let mut special = if ahead > 0.0 {
+        bifurcations(problem, from, &own, ahead)?
+    } else {
+        Vec::new()
+    };
+    if let Some(end) = unexplained(problem, (from, &own), &special)? {
+        return Ok(StepOutcome::Distrusted(end));
+    }
+    if let Some(left) = found.left {
+        return Ok(StepOutcome::Accepted(
+            Box::new(own),
+            special,
+            0.5 * left / step,
+        ));
+    }
+    let boundary = found.special(&found.other, &own, problem.units.velocity);
+    let end = named(end, boundary.as_ref());
+    special.extend(boundary);
+    Ok(StepOutcome::End(Some(Box::new(own)), special, end))
+}
+
+/// Why a step is not trusted if multipliers cross the unit circle otherwise than its special points say; none if it is too short to be
 /// divided.
 fn unexplained(
-    family: &Family<'_>,
-    (from, to): (&Point, &Point),
+    problem: &BranchProblem<'_>,
+    (from, to): (&AcceptedPoint, &AcceptedPoint),
     special: &[Special],
 ) -> Result<Option<BranchEnd>> {
-    let is_short = to.arclength - from.arclength <= UNEXPLAINED;
-    if is_short || are_explained(family, (from, to), special)? {
+    let is_short = to.arclength - from.arclength <= UNDIVIDED_STEP_LENGTH;
+    if is_short || are_explained(problem, (from, to), special)? {
         return Ok(None);
     }
     let detail = format!(
@@ -155,40 +181,45 @@ fn unexplained(
     Ok(Some(BranchEnd::new(EndReason::Step, detail)))
 }
 
-/// The end of a step that leads beyond the tip of a doubled branch.
-fn at_tip(
-    family: &Family<'_>,
-    from: &Point,
-    to: &Place,
+/// The end of a doubled branch at its doubling, if a step leads past it.
+fn at_doubling_end(
+    problem: &BranchProblem<'_>,
+    from: &AcceptedPoint,
+    to: &ParametricLoop,
     beyond: Virtual,
-) -> Result<Option<Advance>> {
-    let is_kept = |own: &Tip| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
-    let Some(Tip { doubling, last }) = tip(family, from, to)?.filter(is_kept) else {
+) -> Result<Option<StepOutcome>> {
+    let is_kept = |own: &DoublingEnd| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
+    let Some(DoublingEnd { doubling, last }) = doubling_end(problem, from, to)?.filter(is_kept)
+    else {
         return Ok(None);
     };
     let length = last.arclength - from.arclength;
     let ahead = (doubling.parameter - from.place.value) * from.tangent.value_part;
     let value = digits(doubling.parameter);
-    if ahead < 0.0 && length > UNEXPLAINED {
+    if ahead < 0.0 && length > UNDIVIDED_STEP_LENGTH {
         let detail = format!("a fold next to the tip at {value}");
         let end = BranchEnd::new(EndReason::Step, detail);
-        return Ok(Some(Advance::Distrusted(end)));
+        return Ok(Some(StepOutcome::Distrusted(end)));
     }
-    let mut special = bifurcations(family, from, &last, length)?;
+    let mut special = bifurcations(problem, from, &last, length)?;
     special.push(doubling);
     let detail = format!("at {value} both rounds are one, from which the branch is doubled");
     let end = BranchEnd::new(EndReason::Doubling, detail);
-    Ok(Some(Advance::End(Some(Box::new(last)), special, end)))
+    Ok(Some(StepOutcome::End(Some(Box::new(last)), special, end)))
 }
 
-/// The boundary that a branch goes across on a step, where virtual orbits are kept.
-fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Special>> {
+/// The boundary that lies on a step, where the branch goes on with virtual orbits.
+fn crossed(
+    problem: &BranchProblem<'_>,
+    from: &AcceptedPoint,
+    to: &AcceptedPoint,
+) -> Result<Option<Special>> {
     let length = to.arclength - from.arclength;
-    let mut found = located(family, from, length, (&to.place, to.orbit.clone()))?;
+    let mut found = located(problem, from, length, (&to.place, to.orbit.clone()))?;
     let at = match found.last.take() {
         Some((settled, orbit)) => {
-            let way = family.between(&from.place, &settled.place);
-            accepted(family, from, (settled, orbit), way.length())?
+            let chord = problem.between(&from.place, &settled.place);
+            accepted(problem, from, (settled, orbit), chord.length())?
         }
         None => from.clone(),
     };
@@ -197,26 +228,27 @@ fn crossed(family: &Family<'_>, from: &Point, to: &Point) -> Result<Option<Speci
     } else {
         &found.other
     };
-    Ok(found.special(broken, &at, family.units.velocity))
+    Ok(found.special(broken, &at, problem.units.velocity))
 }
 
+/// A corrected point as one of the branch, with its tangent on the side of the one before.
 fn accepted(
-    family: &Family<'_>,
-    from: &Point,
-    (settled, orbit): (Settled, PeriodicOrbit),
+    problem: &BranchProblem<'_>,
+    from: &AcceptedPoint,
+    (settled, orbit): (CorrectedPoint, PeriodicOrbit),
     length: f64,
-) -> Result<Point> {
-    let Settled {
+) -> Result<AcceptedPoint> {
+    let CorrectedPoint {
         place,
         equations,
         tangent,
         ..
     } = settled;
-    // A point at a given value has its direction by the parameter.
-    let way = tangent.dot(&from.tangent).signum();
-    let tangent = tangent.scaled(way);
-    Ok(Point {
-        indicators: Indicators::at(family, (&place, &equations, &tangent), &orbit)?,
+    // The tangent at a given value has the sign of the parameter, not that of the branch.
+    let side = tangent.dot(&from.tangent).signum();
+    let tangent = tangent.scaled(side);
+    Ok(AcceptedPoint {
+        test_values: TestFunctionValues::at(problem, (&place, &equations, &tangent), &orbit)?,
         place,
         equations,
         tangent,
@@ -225,15 +257,15 @@ fn accepted(
     })
 }
 
-/// The factor on the next step; why a point is not to be trusted.
+/// The factor on the next step, or why a point is not trusted.
 fn judged(
-    from: &Point,
-    settled: &Settled,
-    (chord, before_times): (&Direction, usize),
+    from: &AcceptedPoint,
+    settled: &CorrectedPoint,
+    (chord, before_times): (&BranchDirection, usize),
 ) -> std::result::Result<f64, &'static str> {
     let factor = step_factor(settled.contraction, settled.tangent.dot(&from.tangent))?;
     let times = &chord.loop_part.as_slice()[before_times..];
-    if times.iter().any(|shift| shift.abs() > MOST_SHIFT) {
+    if times.iter().any(|shift| shift.abs() > STEP_PHASE_SHIFT) {
         return Err("an instant goes far");
     }
     Ok(factor)

@@ -1,43 +1,37 @@
-//! Where lasting contact has no duration left, and where impacts that accumulate before it have no speed left (theory 19, "Chatter border",
-//! "Vanishing impacts").
+//! Borders that are extrapolated by a power law: where lasting contact has no duration left, and where the impacts that accumulate before
+//! it have no speed left (theory 19, "Chatter border", "Vanishing impacts"). Values are of the parameter, in its unit.
 
-use crate::branch::family::Family;
-use crate::branch::step::Point;
+use crate::branch::locator::MOST_BISECTIONS;
+use crate::branch::predictor::AcceptedPoint;
+use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::orbit::{Event, with_shooting};
+use crate::tolerance::{
+    EXTRAPOLATION_ERROR, KNOWN_IMPACT_SPEED, KNOWN_STICK, VANISHING_IMPACT_SPEED,
+    VANISHING_IMPACT_STICK,
+};
 use nalgebra::{Matrix3, Vector3};
 
-/// A stick shorter than this part of the period has the rounding of its chatter's completion in it.
-const SHORT: f64 = 1e-4;
-/// A border is known no better than this part of the range.
-const KNOWN: f64 = 3e-9;
-/// Impacts vanish if the fastest one has no more than this part of the unit of velocities, and the contact behind them lasts for this part of
-/// the period at least.
-const SLOW: f64 = 0.02;
-const LASTING: f64 = 0.01;
-/// The time from their first one to their end goes like the root of their speed, and the distance from where they vanish like its cube.
-const POWER: f64 = 3.0;
-/// Speeds below this part of the unit of velocities are not known to enough digits.
-const KNOWN_SPEED: f64 = 1e-7;
-/// Halvings of an interval down to neighbouring doubles.
-const HALVINGS: usize = 60;
+/// The time from the first of the impacts that vanish to their end goes like the root of their speed, and the distance from where they
+/// vanish like the cube of that time. `[exact]`
+const VANISHING_POWER: f64 = 3.0;
 
-/// Bounces near a release that just come to rest: they are alike in all scales, and these are those of the unstable fixed point of their
+/// Bounces near a release that just come to rest. They are alike in all scales; their speeds are those of the unstable fixed point of their
 /// map.
-pub(super) struct Bounces {
-    /// The factor by which deviations from them grow at a bounce.
+pub(super) struct CriticalBounces {
+    /// The factor by which a deviation from them grows at a bounce \[-\].
     pub growth: f64,
-    /// The power with which a stick grows with the distance from the border.
+    /// The power of the distance from the border by which the duration of a stick goes \[-\].
     pub power: f64,
 }
 
-impl Bounces {
-    /// Those of a restitution in (0, 1).
+impl CriticalBounces {
+    /// The bounces of a restitution in (0, 1).
     pub fn of(restitution: f64) -> Self {
         let e = restitution;
         let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
         let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
+        for _ in 0..MOST_BISECTIONS {
             let middle = 0.5 * (low + high);
             if off(middle) < 0.0 {
                 low = middle;
@@ -59,56 +53,62 @@ impl Bounces {
 }
 
 /// The value at which the stick of an instant has no duration, and how far that is known, from the last points whose stick is long enough:
-/// the value is `p_b + (a + b tau) tau^(1/nu)` of a stick tau. None of a stop that is not reached by chatter.
+/// the value is `p_b + (a + b tau) tau^(1/nu)` of a stick tau. None for a stop that is not reached by chatter.
 pub(super) fn border(
-    family: &Family<'_>,
-    points: &[Point],
+    problem: &BranchProblem<'_>,
+    points: &[AcceptedPoint],
     instant: usize,
 ) -> Result<Option<(f64, f64)>> {
-    let stage = &family.signature.stages[instant];
+    let stage = &problem.signature.stages[instant];
     let (Event::Chatter(stop), Some(last)) = (&stage.event, points.last()) else {
         return Ok(None);
     };
-    let scene = family.scene(last.place.value)?;
-    let restitution = with_shooting(&scene, &family.signature, |shooting, _| {
+    let scene = problem.scene(last.place.value)?;
+    let restitution = with_shooting(&scene, &problem.signature, |shooting, _| {
         Ok(shooting.motion.restitution(*stop))
     })?;
-    let inverse = Bounces::of(restitution).power.recip();
-    let stick = |point: &Point| {
+    let inverse = CriticalBounces::of(restitution).power.recip();
+    let stick = |point: &AcceptedPoint| {
         let state = &point.place.state;
         let whole = state.times[state.states.len()] - state.times[0];
         let tau = (state.times[instant + 1] - state.starts[instant]) / whole;
-        (tau > SHORT).then_some((tau, point.place.value))
+        (tau > KNOWN_STICK).then_some((tau, point.place.value))
     };
     let known = points.iter().rev().filter_map(stick);
-    Ok(extrapolated(known, inverse, family.span()))
+    Ok(extrapolated(known, inverse, problem.span()))
 }
 
-/// The value at which all impacts of the period have lost their speed at once, and how far that is known, from the last points: it is
-/// `p_v + (a + b theta) theta^3`, theta the root of the speed of the fastest impact. None where impacts are faster, do not accumulate, or come to
-/// nothing with the contact behind them.
-pub(super) fn vanishing(family: &Family<'_>, points: &[Point]) -> Option<(f64, f64)> {
-    let fastest = |point: &Point| {
+/// The value at which all impacts of the period have lost their speed at once, and its error, extrapolated from the last points: it is
+/// `p_v + (a + b theta) theta^3`, theta the root of the speed of the fastest impact. None where impacts are faster, do not accumulate, or
+/// vanish together with the contact after them.
+pub(super) fn vanishing(
+    problem: &BranchProblem<'_>,
+    points: &[AcceptedPoint],
+) -> Option<(f64, f64)> {
+    let fastest = |point: &AcceptedPoint| {
         let each = point.orbit.impacts().iter().map(|impact| impact.approach);
-        each.fold(0.0, f64::max) / family.units.velocity
+        each.fold(0.0, f64::max) / problem.units.velocity
     };
     let last = points.last()?;
     let state = &last.place.state;
     let whole = state.times[state.states.len()] - state.times[0];
-    let stages = family.signature.stages.iter().enumerate();
+    let stages = problem.signature.stages.iter().enumerate();
     let chatters = stages.filter(|(_, stage)| matches!(stage.event, Event::Chatter(_)));
     let stick = |k: usize| (state.times[k + 1] - state.starts[k]) / whole;
     let shortest = chatters.map(|(k, _)| stick(k)).reduce(f64::min)?;
     let slower = points.iter().rev().map(fastest).take(2);
-    if !(shortest > LASTING && fastest(last) <= SLOW && slower.is_sorted()) {
+    if !(shortest > VANISHING_IMPACT_STICK
+        && fastest(last) <= VANISHING_IMPACT_SPEED
+        && slower.is_sorted())
+    {
         return None;
     }
-    let root = |point: &Point| {
+    let root = |point: &AcceptedPoint| {
         let speed = fastest(point);
-        (speed > KNOWN_SPEED).then_some((speed.sqrt(), point.place.value))
+        (speed > KNOWN_IMPACT_SPEED).then_some((speed.sqrt(), point.place.value))
     };
     let known = points.iter().rev().filter_map(root);
-    extrapolated(known, POWER, family.span())
+    extrapolated(known, VANISHING_POWER, problem.span())
 }
 
 /// The limit p of values `p + (a + b x) x^power` as x goes to zero, by the first three, and how far it is known: by how much b changes it.
@@ -124,7 +124,7 @@ fn extrapolated(
     let found = matrix.lu().solve(&values)?;
     let (x, y) = (row(all[0])[1], row(all[1])[1]);
     let without = (all[0].1 * y - all[1].1 * x) / (y - x);
-    let error = (found[0] - without).abs().max(KNOWN * span);
+    let error = (found[0] - without).abs().max(EXTRAPOLATION_ERROR * span);
     Some((found[0], error))
 }
 

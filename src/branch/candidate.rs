@@ -1,7 +1,7 @@
-//! An orbit of another branch.
+//! A candidate of branch switching.
 
-use crate::branch::family::Family;
-use crate::branch::place::Place;
+use crate::branch::parametric_loop::ParametricLoop;
+use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
@@ -13,15 +13,19 @@ pub struct Candidate {
     pub orbit: PeriodicOrbit,
     /// The number of the branch at it.
     pub parameter: f64,
-    /// Whether that is above the special point; else below.
+    /// Whether that is above the special point's; else it is below.
     pub is_above: bool,
 }
 
 impl Candidate {
     /// The orbit of a loop that closes, at a value that differs from that of a special point.
-    pub(super) fn at(family: &Family<'_>, place: &Place, special: f64) -> Result<Self> {
+    pub(super) fn at(
+        problem: &BranchProblem<'_>,
+        place: &ParametricLoop,
+        special: f64,
+    ) -> Result<Self> {
         Ok(Self {
-            orbit: family.orbit(place)?,
+            orbit: problem.orbit(place)?,
             parameter: place.value,
             is_above: place.value > special,
         })

@@ -1,20 +1,20 @@
-//! `continuation`: from an orbit to the branch that it is on.
+//! `continuation`: from an orbit to the branch on which it lies.
 
 use crate::branch::corrector::directions;
 use crate::branch::energy::{energy_at, opens};
-use crate::branch::family::Family;
-use crate::branch::indicators::Indicators;
-use crate::branch::one::Branch;
+use crate::branch::half_branch::both_halves;
 use crate::branch::options::{ContinuationOptions, Virtual, check_range};
-use crate::branch::place::{Direction, Place};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::predictor::AcceptedPoint;
+use crate::branch::problem::BranchProblem;
+use crate::branch::result::Branch;
 use crate::branch::special::Special;
-use crate::branch::step::Point;
+use crate::branch::test_functions::TestFunctionValues;
 use crate::branch::walk::walk;
-use crate::branch::way::both_ways;
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
-use crate::tolerance::{ELSEWHERE, ORBIT_CLOSED};
+use crate::tolerance::{ORBIT_CLOSED, ORBIT_OF_ANOTHER_SCENE};
 use std::ops::ControlFlow;
 
 /// Follows a periodic orbit over a number of its scene, through folds. Both ways, by arclength: from each point a step along the
@@ -27,9 +27,9 @@ use std::ops::ControlFlow;
 ///
 /// # Errors
 /// A number that the scene does not have, or that its stops do not share; a range that is empty, not finite or without the orbit in it, or
-/// whose ends the number may not take; steps that are not in order; an orbit that breaks a rule of contact, unless such orbits are kept; stops
-/// that are hit together; a motion without forcing and without an impact whose stop gives it a phase; orbits that form a family
-/// at one value (elastic impacts without damping).
+/// whose ends the number may not take; steps that are not in order; an orbit that breaks a rule of contact, unless such orbits are kept;
+/// stops that are hit together; a motion without forcing and without an impact whose stop gives it a phase; orbits that form a family at
+/// one value (elastic impacts without damping).
 ///
 /// # References
 /// Theory section 19; E. J. Doedel, H. B. Keller and J. P. Kernevez, Int. J. Bifurcation Chaos 1 (1991) 745.
@@ -84,7 +84,7 @@ pub fn continuation_of(
 ) -> Result<Branch> {
     options.check()?;
     check_range("between", between, start)?;
-    let begun = Family::around(orbit, make, start, between)?;
+    let begun = BranchProblem::around(orbit, make, start, between)?;
     from_orbit(orbit, begun, options, observer)
 }
 
@@ -125,7 +125,7 @@ pub fn continuation_over_energy(
 ) -> Result<Branch> {
     options.check()?;
     let (energetics, energy) = energy_at(orbit)?;
-    // Of an orbit at an end of the range the energy is that but for rounding.
+    // The energy of an orbit at an end of the range differs from that by rounding.
     let (low, high) = between;
     let nearest = if low < high {
         energy.clamp(low, high)
@@ -136,18 +136,18 @@ pub fn continuation_over_energy(
     let start = if is_it { nearest } else { energy };
     check_range("between", between, start)?;
     let make = |_: f64| Ok(orbit.scene().clone());
-    let (family, place) = Family::around(orbit, &make, start, between)?;
-    let family = Family {
+    let (problem, place) = BranchProblem::around(orbit, &make, start, between)?;
+    let problem = BranchProblem {
         energetics: Some(&energetics),
-        ..family
+        ..problem
     };
-    from_orbit(orbit, (family, place), options, observer)
+    from_orbit(orbit, (problem, place), options, observer)
 }
 
-/// Follows a motion of a family from its loop.
+/// Follows a branch both ways from the loop of an orbit.
 fn from_orbit(
     orbit: &PeriodicOrbit,
-    begun: (Family<'_>, Place),
+    begun: (BranchProblem<'_>, ParametricLoop),
     options: &ContinuationOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
@@ -162,21 +162,21 @@ fn from_orbit(
             rule,
         ));
     }
-    // Its mirror image is kept with all unknowns alone.
+    // Only the unknowns of all modes can keep the mirror image.
     let begun = if options.symmetric == Some(true) {
         begun
     } else {
         begun.0.by_pulses(begun.1)?
     };
-    let (family, place) = half_of(begun, options.symmetric)?;
-    let first = first_point(&family, place, orbit)?;
-    let joined = both_ways(&first, options.heading, |sign| {
-        let turned = Point {
+    let (problem, place) = half_of(begun, options.symmetric)?;
+    let first = first_point(&problem, place, orbit)?;
+    let joined = both_halves(&first, options.heading, |sign| {
+        let turned = AcceptedPoint {
             tangent: first.tangent.scaled(sign),
-            indicators: first.indicators.along(sign),
+            test_values: first.test_values.along(sign),
             ..first.clone()
         };
-        walk(&family, &turned, options, observer)
+        walk(&problem, &turned, options, observer)
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| Special {
         arclength: sign * own.arclength,
@@ -189,41 +189,45 @@ fn from_orbit(
         special: special.collect(),
         ends: joined.ends,
         is_closed: joined.is_closed,
-        keeps_energy: family.energetics.is_some(),
-        outside: family.has_pulses.then(Vec::new),
+        keeps_energy: problem.energetics.is_some(),
+        outside: problem.has_pulses.then(Vec::new),
     };
     for (point, sign) in joined.points {
         branch.parameter.push(point.place.value);
         branch.arclength.push(sign * point.arclength);
         if let Some(outside) = &mut branch.outside {
-            outside.push(point.indicators.outside);
+            outside.push(point.test_values.outside);
         }
         branch.orbits.push(point.orbit);
     }
     Ok(branch)
 }
 
-/// A loop among its scenes, half of it where it is to be kept its own mirror image.
+/// The problem of half the period, where the motion is to stay its own mirror image; else the problem as it is.
 fn half_of(
-    (family, place): (Family<'_>, Place),
+    (problem, place): (BranchProblem<'_>, ParametricLoop),
     symmetric: Option<bool>,
-) -> Result<(Family<'_>, Place)> {
+) -> Result<(BranchProblem<'_>, ParametricLoop)> {
     if symmetric == Some(false) {
-        return Ok((family, place));
+        return Ok((problem, place));
     }
-    match family.half(&place)? {
+    match problem.half(&place)? {
         Some(half) => Ok(half),
         None if symmetric == Some(true) => {
             let rule = "the orbit must be its own mirror image half a period later, q(t + T/2) = -q(t), and so must be the scenes about it";
             Err(Error::bad_value("symmetric", "true", rule))
         }
-        None => Ok((family, place)),
+        None => Ok((problem, place)),
     }
 }
 
-/// The point that is given, with its direction towards larger values.
-fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Result<Point> {
-    let mut equations = family.equations(&place)?;
+/// The first point of a branch, its tangent towards larger values.
+fn first_point(
+    problem: &BranchProblem<'_>,
+    place: ParametricLoop,
+    orbit: &PeriodicOrbit,
+) -> Result<AcceptedPoint> {
+    let mut equations = problem.equations(&place)?;
     let (rows, unknowns) = equations.rows.shape();
     if rows > unknowns {
         let rule = "stops that are hit together, or twice at one instant, need a second number to stay so: give each an instant of its own";
@@ -238,7 +242,7 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
         return Err(Error::bad_value("orbit", "one without an impact", rule));
     }
     let (mut place, mut orbit) = (place, orbit.clone());
-    if equations.mismatch > ELSEWHERE {
+    if equations.mismatch > ORBIT_OF_ANOTHER_SCENE {
         let rule = format!(
             "the scene of {} is not that of the orbit, which does not close in it (by {}): it must be its value there",
             digits(place.value),
@@ -247,7 +251,7 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
         return Err(Error::bad_value("start", place.value, rule));
     }
     if equations.mismatch > ORBIT_CLOSED {
-        let there = family.corrected(place, &Direction::of_value(unknowns))?;
+        let there = problem.corrected(place, &BranchDirection::of_value(unknowns))?;
         let Ok(settled) = there else {
             return Err(Error::NoConvergence {
                 stage: "the orbit in the scene of its value",
@@ -256,16 +260,16 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
             });
         };
         (place, equations) = (settled.place, settled.equations);
-        orbit = family.closed_orbit(&place)?;
+        orbit = problem.closed_orbit(&place)?;
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
-        let (value, rule) = if family.energetics.is_some() {
+        let (value, rule) = if problem.energetics.is_some() {
             (
                 "one of a family at this value",
                 "at one energy there are several: another family is crossed, or the scene can be shifted",
             )
-        } else if family.is_free {
+        } else if problem.is_free {
             (
                 "one of a family at this value",
                 "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping",
@@ -278,7 +282,7 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
         };
         return Err(Error::bad_value("orbit", value, rule));
     };
-    if family.energetics.is_some() && opens(tangent) {
+    if problem.energetics.is_some() && opens(tangent) {
         let rule = "orbits beside it must keep their energy too: elastic impacts and no damping";
         return Err(Error::bad_value(
             "orbit",
@@ -288,8 +292,8 @@ fn first_point(family: &Family<'_>, place: Place, orbit: &PeriodicOrbit) -> Resu
     }
     let up = if tangent.value_part < 0.0 { -1.0 } else { 1.0 };
     let tangent = tangent.scaled(up);
-    Ok(Point {
-        indicators: Indicators::at(family, (&place, &equations, &tangent), &orbit)?,
+    Ok(AcceptedPoint {
+        test_values: TestFunctionValues::at(problem, (&place, &equations, &tangent), &orbit)?,
         tangent,
         place,
         equations,

@@ -1,108 +1,109 @@
-//! Newton's method back to a branch from a place beside it, and the direction in which the branch goes on (theory 19).
+//! The corrector: Newton's method from a predicted loop back to the branch; and the tangent of the branch there (theory 19).
 
 use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::equations::{ByValue, Equations};
-use crate::branch::family::Family;
-use crate::branch::place::{Direction, Place};
+use crate::branch::equations::{Equations, ParameterDerivative};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::problem::BranchProblem;
 use crate::error::{Error, Result, digits};
 use crate::hybrid::chatter_map::NO_REST;
 use crate::linalg::rank;
-use crate::tolerance::{FREE_DIRECTION, ORBIT_CLOSED, ORBIT_MARGIN};
+use crate::tolerance::{
+    CORRECTION_NO_SHORTER, CROSSING_CORRECTION, FREE_DIRECTION, LAST_CORRECTION_LENGTH,
+    ORBIT_CLOSED, ROUNDED_CORRECTION, SHARP_MISMATCH,
+};
 use nalgebra::DVector;
 
-/// Corrections of one point.
-const MOST_CORRECTIONS: usize = 6;
-/// The last correction is no longer than this; the equations before it are those of the point.
-const SETTLED: f64 = 1e-10;
-/// What is left then is to be below what the rules of contact see, unless corrections come no nearer.
-const SHARP: f64 = 0.1 * ORBIT_MARGIN;
-const NO_SHORTER: f64 = 0.5;
-/// Where a branch is crossed a closed loop is known no better than this.
-const NEARLY: f64 = 1e-6;
-/// Of corrections as short as this the ratio is rounding.
-const LOUD: f64 = 1e-8;
+/// Corrections of one point of a branch (theory 19). `[work]`
+const MOST_BRANCH_CORRECTIONS: usize = 6;
 
-/// A point of a branch.
-pub(super) struct Settled {
-    pub place: Place,
+/// A point of a branch as the corrector leaves it.
+pub(super) struct CorrectedPoint {
+    pub place: ParametricLoop,
     pub equations: Equations,
-    /// Along the branch, of length one.
-    pub tangent: Direction,
-    /// How much shorter the second correction was than the first.
+    /// The tangent of the branch, of length one.
+    pub tangent: BranchDirection,
+    /// The ratio of the second correction to the first \[-\]; zero if there was no second one.
     pub contraction: f64,
 }
 
-/// Why Newton's method did not come to the branch.
-pub(super) enum Missed {
-    /// It did not settle, at a value, for a reason.
+/// Why the corrector found no point.
+pub(super) enum CorrectionFailure {
+    /// Newton's method did not converge.
     Stalled { value: f64, reason: String },
-    /// Impacts that accumulated before come to no end, or do not begin to.
+    /// Impacts that accumulate do not come to rest, or do not stay at rest.
     NoRest { value: f64 },
-    /// Two instants came to one time, and would change their order.
+    /// Two instants coincide, and would change their order.
     Met { value: f64, instant: usize },
-    /// Half a motion is found, and its mirror image is not the other half.
+    /// The loop of half a period closes with its mirror image, which is not the other half.
     NotOdd { value: f64 },
-    /// There is no scene.
+    /// The scene refuses the value of the parameter.
     NoScene(String),
 }
 
-impl Missed {
-    /// The end of what comes no further.
+impl CorrectionFailure {
+    /// The end of a branch that comes no further for this reason.
     pub fn end(&self) -> BranchEnd {
         match self {
-            Missed::Stalled { value, reason } => {
+            CorrectionFailure::Stalled { value, reason } => {
                 let detail = format!("Newton's method stalls at {}: {reason}", digits(*value));
                 BranchEnd::new(EndReason::Step, detail)
             }
-            Missed::NoRest { value } => {
+            CorrectionFailure::NoRest { value } => {
                 let value = digits(*value);
                 let detail = format!(
                     "at {value} impacts that accumulated come to no rest, or are not let go"
                 );
                 BranchEnd::new(EndReason::Boundary, detail)
             }
-            Missed::Met { value, .. } => {
+            CorrectionFailure::Met { value, .. } => {
                 let detail = format!(
                     "at {} an instant comes to the one before it",
                     digits(*value)
                 );
                 BranchEnd::new(EndReason::Boundary, detail)
             }
-            Missed::NotOdd { value } => {
+            CorrectionFailure::NotOdd { value } => {
                 let value = digits(*value);
                 let detail = format!(
                     "at {value} the scene is not odd along the motion any more, which the symmetry q(t + T/2) = -q(t) asks for"
                 );
                 BranchEnd::new(EndReason::Domain, detail)
             }
-            Missed::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
+            CorrectionFailure::NoScene(reason) => BranchEnd::new(EndReason::Domain, reason.clone()),
         }
     }
 }
 
-/// What cannot be got over, or a place that was missed.
-pub(super) type Attempt<T> = Result<std::result::Result<T, Missed>>;
+/// A result that may also be a failure of the corrector, from which a shorter step recovers; the outer error ends the computation.
+pub(super) type Attempt<T> = Result<std::result::Result<T, CorrectionFailure>>;
 
-/// A refusal of a scene's numbers is a missed place; whatever else is said by the functions of a user is theirs.
+/// Takes a scene that is refused, or a solver that does not converge, for a failure of the corrector; errors of a user's functions stay
+/// errors.
 pub(super) fn attempted<T>(found: Result<T>, value: f64) -> Attempt<T> {
     match found {
         Ok(found) => Ok(Ok(found)),
         Err(Error::NoConvergence { stage, .. }) if stage == NO_REST => {
-            Ok(Err(Missed::NoRest { value }))
+            Ok(Err(CorrectionFailure::NoRest { value }))
         }
         Err(error @ Error::NoConvergence { .. }) => {
             let reason = error.to_string();
-            Ok(Err(Missed::Stalled { value, reason }))
+            Ok(Err(CorrectionFailure::Stalled { value, reason }))
         }
-        Err(error @ Error::BadValue { .. }) => Ok(Err(Missed::NoScene(error.to_string()))),
+        Err(error @ Error::BadValue { .. }) => {
+            Ok(Err(CorrectionFailure::NoScene(error.to_string())))
+        }
         Err(error) => Err(error),
     }
 }
 
-/// The solution of the equations beside one more row.
-fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Option<Direction> {
+/// The solution of the equations bordered by one more row.
+fn solved(
+    equations: &Equations,
+    border: &BranchDirection,
+    right: &DVector<f64>,
+) -> Option<BranchDirection> {
     let matrix = equations.bordered(border);
-    // Of stops hit at one instant there is a gap too many.
+    // Stops that are hit at one instant give one equation too many.
     if !matrix.is_square() {
         return None;
     }
@@ -110,55 +111,60 @@ fn solved(equations: &Equations, border: &Direction, right: &DVector<f64>) -> Op
     found
         .iter()
         .all(|x| x.is_finite())
-        .then(|| Direction::of(&found))
+        .then(|| BranchDirection::of(&found))
 }
 
-/// The direction of the branch at a place, on the side of another direction.
-pub(super) fn tangent(equations: &Equations, border: &Direction) -> Option<Direction> {
+/// The tangent of the branch, on the side of a direction.
+pub(super) fn tangent(equations: &Equations, border: &BranchDirection) -> Option<BranchDirection> {
     let mut right = DVector::zeros(equations.rows.nrows() + 1);
     right[equations.rows.nrows()] = 1.0;
     let found = solved(equations, border, &right)?;
     Some(found.scaled(1.0 / found.length()))
 }
 
-/// Whether a loop that lacks something closes sharply with the correction that is left, or corrections come no nearer, by the last two.
+/// Whether a loop with some mismatch closes sharply with the remaining correction, or corrections come no nearer, by the last two.
 pub(super) fn is_sharp(mismatch: f64, [last, left]: [f64; 2]) -> bool {
     let shorter = (left / last).min(1.0);
-    mismatch * shorter <= SHARP || shorter > NO_SHORTER
+    mismatch * shorter <= SHARP_MISMATCH || shorter > CORRECTION_NO_SHORTER
 }
 
-/// The instant to which the next one has come, whose flight takes no time.
-pub(super) fn met(place: &Place) -> Option<usize> {
+/// The instant with which the next one coincides, so that its flight takes no time.
+pub(super) fn coinciding_instant(place: &ParametricLoop) -> Option<usize> {
     let ends = place.state.times.windows(2);
     let mut flights = place.state.starts.iter().zip(ends);
     flights.position(|(start, ends)| !(ends[0] <= *start && *start < ends[1]))
 }
 
-/// A place with its equations, and the correction that is left.
-struct Nearly {
-    place: Place,
+/// A loop that is closed, its equations, and the correction that remains.
+struct ClosedIterate {
+    place: ParametricLoop,
     equations: Equations,
-    left: Option<Direction>,
+    left: Option<BranchDirection>,
 }
 
-impl Family<'_> {
-    /// The point of the branch near a place on the plane through it that a direction is normal to: the direction itself at a step along
-    /// the branch, that of the parameter at a given value. What changes with the parameter is taken where the way begins and where it ends.
-    pub fn corrected(&self, mut place: Place, normal: &Direction) -> Attempt<Settled> {
+impl BranchProblem<'_> {
+    /// The point of the branch near a predicted loop, on the plane through that with a given normal: the tangent for a step of
+    /// pseudo-arclength, the direction of the parameter for a point at a given value. Derivatives by the parameter are taken at the first
+    /// iterate and at the last.
+    pub fn corrected(
+        &self,
+        mut place: ParametricLoop,
+        normal: &BranchDirection,
+    ) -> Attempt<CorrectedPoint> {
         let unknowns = normal.loop_part.len();
-        let mut gone = Direction::of_value(unknowns).scaled(0.0);
+        let mut total = BranchDirection::of_value(unknowns).scaled(0.0);
         let (mut last, mut first) = (f64::INFINITY, None);
         let mut contraction = 0.0;
         let mut mismatch = f64::INFINITY;
-        let mut by_value: Option<ByValue> = None;
-        // What is closed, to be corrected once more: it serves where that leads nowhere.
-        let mut closed: Option<Nearly> = None;
-        let mut missed = None;
+        let mut by_value: Option<ParameterDerivative> = None;
+        // The last closed iterate: it is the result where another correction fails.
+        let mut closed: Option<ClosedIterate> = None;
+        let mut failure = None;
         let mut value = place.value;
-        for corrections in 0..=MOST_CORRECTIONS {
+        for corrections in 0..=MOST_BRANCH_CORRECTIONS {
             value = place.value;
-            if let Some(instant) = met(&place) {
-                missed = Some(Missed::Met { value, instant });
+            if let Some(instant) = coinciding_instant(&place) {
+                failure = Some(CorrectionFailure::Met { value, instant });
                 break;
             }
             let equations = match &by_value {
@@ -168,34 +174,39 @@ impl Family<'_> {
             let equations = match attempted(equations, place.value)? {
                 Ok(equations) => equations,
                 Err(own) => {
-                    missed = Some(own);
+                    failure = Some(own);
                     break;
                 }
             };
             mismatch = equations.mismatch;
-            let right = equations.right.clone().push(-normal.dot(&gone));
+            let right = equations.right.clone().push(-normal.dot(&total));
             let Some(by) = solved(&equations, normal, &right) else {
                 break;
             };
             let left = by.length();
             match first {
                 None => first = Some(left),
-                Some(first) if contraction == 0.0 && first > LOUD => contraction = left / first,
+                Some(first) if contraction == 0.0 && first > ROUNDED_CORRECTION => {
+                    contraction = left / first;
+                }
                 Some(_) => {}
             }
-            let (is_last, is_closed) = (corrections == MOST_CORRECTIONS, mismatch <= ORBIT_CLOSED);
-            let is_there = is_closed && left <= SETTLED;
+            let (is_last, is_closed) = (
+                corrections == MOST_BRANCH_CORRECTIONS,
+                mismatch <= ORBIT_CLOSED,
+            );
+            let is_there = is_closed && left <= LAST_CORRECTION_LENGTH;
             if is_there && is_sharp(mismatch, [last, left]) {
-                closed = Some(Nearly {
+                closed = Some(ClosedIterate {
                     place,
                     equations,
                     left: Some(by),
                 });
                 break;
             }
-            // As near as it comes where branches cross: it stays there.
-            if is_there || is_last && is_closed && last <= NEARLY {
-                closed = Some(Nearly {
+            // Where branches cross, corrections come no nearer than this: the iterate is kept.
+            if is_there || is_last && is_closed && last <= CROSSING_CORRECTION {
+                closed = Some(ClosedIterate {
                     place: place.clone(),
                     equations: equations.clone(),
                     left: is_there.then(|| by.clone()),
@@ -203,38 +214,38 @@ impl Family<'_> {
             }
             last = left;
             by_value.get_or_insert_with(|| equations.by_value.clone());
-            gone = gone.plus(&by);
+            total = total.plus(&by);
             place = match attempted(self.moved(&place, &equations, &by), place.value)? {
                 Ok(place) => place,
                 Err(own) => {
-                    missed = Some(own);
+                    failure = Some(own);
                     break;
                 }
             };
         }
         let found = match closed {
-            Some(nearly) => self.settled(nearly, normal, contraction)?,
+            Some(closed) => self.settled(closed, normal, contraction)?,
             None => Ok(None),
         };
-        let stalled = || Missed::Stalled {
+        let stalled = || CorrectionFailure::Stalled {
             value,
             reason: format!("mismatch {}", digits(mismatch)),
         };
-        Ok(found.and_then(|found| found.ok_or_else(|| missed.unwrap_or_else(stalled))))
+        Ok(found.and_then(|found| found.ok_or_else(|| failure.unwrap_or_else(stalled))))
     }
 
-    /// A point that a short correction leads to, which changes nothing in its equations; none where they have no direction.
+    /// The point after the remaining correction, which is too short to change the equations; none where these have no tangent.
     fn settled(
         &self,
-        nearly: Nearly,
-        normal: &Direction,
+        closed: ClosedIterate,
+        normal: &BranchDirection,
         contraction: f64,
-    ) -> Attempt<Option<Settled>> {
-        let Nearly {
+    ) -> Attempt<Option<CorrectedPoint>> {
+        let ClosedIterate {
             place,
             equations,
             left,
-        } = nearly;
+        } = closed;
         let value = place.value;
         let there = self.renewed(&place, equations).and_then(|equations| {
             let place = match &left {
@@ -246,13 +257,13 @@ impl Family<'_> {
         });
         let (place, equations) = match attempted(there, value)? {
             Ok(there) => there,
-            Err(missed) => return Ok(Err(missed)),
+            Err(failure) => return Ok(Err(failure)),
         };
-        if let Some(instant) = met(&place) {
-            return Ok(Err(Missed::Met { value, instant }));
+        if let Some(instant) = coinciding_instant(&place) {
+            return Ok(Err(CorrectionFailure::Met { value, instant }));
         }
         let tangent = tangent(&equations, normal);
-        Ok(Ok(tangent.map(|tangent| Settled {
+        Ok(Ok(tangent.map(|tangent| CorrectedPoint {
             place,
             equations,
             tangent,
@@ -261,13 +272,13 @@ impl Family<'_> {
     }
 }
 
-/// The directions in which a branch may go on from a place, orthonormal: one, but where branches cross and in families.
-pub(super) fn directions(equations: &Equations) -> Result<Vec<Direction>> {
+/// The null space of `[G_Z G_p]`, orthonormal: the tangent alone, but at branch points and in families of orbits more.
+pub(super) fn directions(equations: &Equations) -> Result<Vec<BranchDirection>> {
     let all = equations.all_columns();
     let tolerance = FREE_DIRECTION * all.amax();
     let found = rank::solve(&all, &DVector::zeros(all.nrows()), tolerance)?.null_space;
     let each = found.column_iter().map(|numbers| {
-        let own = Direction::of(&numbers.into_owned());
+        let own = BranchDirection::of(&numbers.into_owned());
         let length = own.length();
         own.scaled(1.0 / length)
     });

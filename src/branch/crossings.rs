@@ -1,76 +1,83 @@
-//! Whether what crosses the unit circle on a step of a branch is what its special points say: how many multipliers, and which way
+//! Whether the multipliers that cross the unit circle on a step of a branch are those that its special points say, in number and in direction
 //! (theory 19).
 
-use crate::branch::family::Family;
 use crate::branch::multipliers::own_multipliers;
+use crate::branch::predictor::AcceptedPoint;
+use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::step::Point;
 use crate::error::Result;
-use crate::tolerance::{MARGINAL, MEETING};
+use crate::tolerance::{MARGINAL, MEETING, MULTIPLIER_AT_NUMBER};
 use nalgebra::Complex;
 
-/// A multiplier that is at a number is nearer to it than this, however fast it changes.
-const AT: f64 = 0.5;
-
-/// Whether a multiplier is at a number, if an orbit has multipliers. Where a release comes to an instant at which the force is zero, too, the
-/// equations are singular for every multiplier; many modes of which nothing is held have none such.
-pub(super) fn has_multiplier(family: &Family<'_>, special: &Special, number: f64) -> Result<bool> {
-    if family.has_pulses {
+/// Whether a multiplier of a special point is at a number, if its orbit has multipliers. At a release where the force only touches zero the
+/// equations are singular for every multiplier, and the test function is zero without one; loops of impulses have no releases.
+pub(super) fn has_multiplier(
+    problem: &BranchProblem<'_>,
+    special: &Special,
+    number: f64,
+) -> Result<bool> {
+    if problem.has_pulses {
         return Ok(true);
     }
     let own = own_multipliers(&special.orbit)?;
-    Ok(own.is_none_or(|own| own.iter().any(|mu| (mu - number).norm() < AT)))
+    Ok(own.is_none_or(|own| {
+        own.iter()
+            .any(|mu| (mu - number).norm() < MULTIPLIER_AT_NUMBER)
+    }))
 }
 
 /// How many multipliers cross the unit circle outwards, and inwards.
-type Crossed = [usize; 2];
+type CrossingCount = [usize; 2];
 
-/// Whether the multipliers that leave the unit circle on a step, and those that come into it, are those of its special points, which are in
-/// their order. One orbit without multipliers explains whatever is beside it.
+/// Whether the multipliers that leave and enter the unit circle on a step are those of its special points, which are in their order. Next
+/// to an orbit without multipliers nothing can be said against them.
 pub(super) fn are_explained(
-    family: &Family<'_>,
-    (from, to): (&Point, &Point),
+    problem: &BranchProblem<'_>,
+    (from, to): (&AcceptedPoint, &AcceptedPoint),
     special: &[Special],
 ) -> Result<bool> {
-    let (Some(before), Some(after)) = (from.indicators.outside, to.indicators.outside) else {
+    let (Some(before), Some(after)) = (from.test_values.outside, to.test_values.outside) else {
         return Ok(true);
     };
-    let mut ways = vec![(before, [0, 0])];
+    let mut counts = vec![(before, [0, 0])];
     for own in special {
-        let at = AtCircle::of(family, own)?;
-        ways = ways.into_iter().flat_map(|way| at.passed(way)).collect();
-        ways.sort_unstable();
-        ways.dedup();
+        let at = CircleCrossing::of(problem, own)?;
+        counts = counts
+            .into_iter()
+            .flat_map(|count| at.passed(count))
+            .collect();
+        counts.sort_unstable();
+        counts.dedup();
     }
-    ways.retain(|(outside, _)| *outside == after);
-    if family.has_pulses || ways.is_empty() {
-        return Ok(!ways.is_empty());
+    counts.retain(|(outside, _)| *outside == after);
+    if problem.has_pulses || counts.is_empty() {
+        return Ok(!counts.is_empty());
     }
-    // What leaves the circle while as many others come into it leaves no trace in the numbers.
+    // Multipliers that leave the circle while as many others enter it do not show in the counts.
     let (one, other) = (own_multipliers(&from.orbit)?, own_multipliers(&to.orbit)?);
     let (Some(one), Some(other)) = (one, other) else {
         return Ok(true);
     };
     let crossed = crossed(&one, &other);
-    Ok(ways.iter().any(|(_, own)| *own == crossed))
+    Ok(counts.iter().any(|(_, own)| *own == crossed))
 }
 
-/// The multipliers of a special point: so many cross the circle there, and of the others so many are outside, in a range where one of them is
-/// next to the circle too; none where they are not known.
-struct AtCircle {
+/// The multipliers at a special point: how many cross the circle there, and how many of the others are outside, as a range if some of these
+/// are next to the circle too; `None` where they are not known.
+struct CircleCrossing {
     critical: usize,
     outside: Option<(usize, usize)>,
 }
 
-impl AtCircle {
-    fn of(family: &Family<'_>, special: &Special) -> Result<Self> {
+impl CircleCrossing {
+    fn of(problem: &BranchProblem<'_>, special: &Special) -> Result<Self> {
         let critical = match special.kind {
             SpecialKind::Torus => 2,
-            SpecialKind::Fold => usize::from(has_multiplier(family, special, 1.0)?),
+            SpecialKind::Fold => usize::from(has_multiplier(problem, special, 1.0)?),
             _ => 1,
         };
-        if family.has_pulses {
-            let outside = family.n_well_outside(special)?;
+        if problem.has_pulses {
+            let outside = problem.n_well_outside(special)?;
             let outside = outside.map(|outside| (outside, outside));
             return Ok(Self { critical, outside });
         }
@@ -84,25 +91,25 @@ impl AtCircle {
         Ok(Self { critical, outside })
     }
 
-    /// What may be outside behind it of what is before, and what has crossed so far.
-    fn passed(&self, (before, [out, back]): (usize, Crossed)) -> Vec<(usize, Crossed)> {
+    /// The numbers of multipliers that may be outside after the special point, with those that have crossed so far, by those before it.
+    fn passed(&self, (before, [out, back]): (usize, CrossingCount)) -> Vec<(usize, CrossingCount)> {
         let own = self.critical;
         let may_be = |others: usize| {
             self.outside
                 .is_none_or(|(low, high)| (low..=high).contains(&others))
         };
-        let mut ways = Vec::new();
+        let mut counts = Vec::new();
         if may_be(before) {
-            ways.push((before + own, [out + own, back]));
+            counts.push((before + own, [out + own, back]));
         }
         if own > 0 && before >= own && may_be(before - own) {
-            ways.push((before - own, [out, back + own]));
+            counts.push((before - own, [out, back + own]));
         }
-        ways
+        counts
     }
 }
 
-/// Leaves out the multiplier that is nearest to where one crosses the circle at a special point: of a torus to the circle beside the real axis.
+/// Leaves out the multiplier nearest to where one crosses the circle at a special point; at a torus, the complex one nearest to the circle.
 fn without_nearest(own: &mut Vec<Complex<f64>>, special: &Special) {
     let off = |mu: &Complex<f64>| match special.kind {
         SpecialKind::Torus if mu.im == 0.0 => f64::INFINITY,
@@ -114,9 +121,9 @@ fn without_nearest(own: &mut Vec<Complex<f64>>, special: &Special) {
     nearest.map(|i| own.swap_remove(i));
 }
 
-/// How many of some multipliers have crossed the circle when they have become others, each the one that it is next to: the nearest two first,
-/// far ones by their ratio.
-fn crossed(before: &[Complex<f64>], after: &[Complex<f64>]) -> Crossed {
+/// How many multipliers cross the circle from one orbit to another. Each is matched with the nearest one of the other orbit, the closest
+/// pairs first; far from the circle distances are relative.
+fn crossed(before: &[Complex<f64>], after: &[Complex<f64>]) -> CrossingCount {
     let apart =
         |a: &Complex<f64>, b: &Complex<f64>| (a - b).norm() / (1.0 + a.norm().max(b.norm()));
     let mut pairs: Vec<(f64, usize, usize)> = Vec::with_capacity(before.len() * after.len());
@@ -171,7 +178,7 @@ mod tests {
     #[test]
     fn numbers_are_explained_by_their_direction() {
         // A doubling beside which two others are outside takes one away from three, or brings one to two; it makes no two of one.
-        let at = AtCircle {
+        let at = CircleCrossing {
             critical: 1,
             outside: Some((2, 2)),
         };
@@ -179,7 +186,7 @@ mod tests {
         assert_eq!(at.passed((2, [0, 0])), [(3, [1, 0])]);
         assert!(at.passed((1, [0, 0])).is_empty());
         // Of one that is not known both are possible.
-        let unknown = AtCircle {
+        let unknown = CircleCrossing {
             outside: None,
             ..at
         };

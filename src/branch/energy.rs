@@ -1,16 +1,14 @@
-//! Families of free motions that keep their energy, one at each of its values. The energy is the number of the branch. As motions keep it,
-//! the equations of a closed loop depend on each other; with one unknown more they do not: how far the loop is open up the slope of the
-//! energy, which is zero on the branch (theory 19, "Families").
+//! Families of free motions that keep their energy, one at each energy, which is the parameter of the branch. The closing equations of such
+//! a loop depend on each other; they do not with one unknown more, by how much the loop is open up the gradient of the energy, which is
+//! zero on the branch (theory 19, "Families"). Energies in \[J\].
 
-use crate::branch::family::Family;
-use crate::branch::place::{Direction, Place};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::problem::BranchProblem;
 use crate::error::{Error, Result};
-use crate::model::{DIFFERENCE, Energetics};
+use crate::model::Energetics;
 use crate::orbit::{Linearised, PeriodicOrbit, ShootingState};
+use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, ENERGY_OPENING};
 use nalgebra::{DMatrix, DVector};
-
-/// Loops that are open by so little beside what else changes are closed.
-const CLOSED: f64 = 1e-6;
 
 /// The energy of a loop: that of its first state.
 pub(super) fn energy_of(energetics: &Energetics, state: &ShootingState) -> Result<f64> {
@@ -34,22 +32,24 @@ pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
     Ok((energetics, energy))
 }
 
-/// Whether a direction leads to loops that are open, as those are that lose energy or gain it.
-pub(super) fn opens(direction: &Direction) -> bool {
+/// Whether a direction leads to loops that are open, as motions are that lose energy or gain it.
+pub(super) fn opens(direction: &BranchDirection) -> bool {
     let open = direction.loop_part.iter().next_back();
-    open.is_some_and(|open| open.abs() > CLOSED * direction.length())
+    open.is_some_and(|open| open.abs() > ENERGY_OPENING * direction.length())
 }
 
+/// Positions and velocities of a state.
 fn halves(state: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
     let n = state.len() / 2;
     (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
 }
 
-impl Family<'_> {
-    /// The equations of a loop and that of its energy, with the column of what it is open by; as they are where the number is another.
+impl BranchProblem<'_> {
+    /// The equations of a loop with the row of its energy and the column of the unknown by which it is open; unchanged where the energy is
+    /// not the parameter.
     pub fn with_energy(
         &self,
-        place: &Place,
+        place: &ParametricLoop,
         linear: &Linearised,
     ) -> Result<(DMatrix<f64>, DVector<f64>)> {
         let (rows, right) = (linear.rows.clone(), linear.right.clone());
@@ -70,12 +70,15 @@ impl Family<'_> {
                 let (q, v) = halves(&state);
                 energetics.total(&q, &v)
             };
-            Ok((at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE))
+            Ok(
+                (at(CENTRAL_DIFFERENCE_STEP)? - at(-CENTRAL_DIFFERENCE_STEP)?)
+                    / (2.0 * CENTRAL_DIFFERENCE_STEP),
+            )
         };
         let rates = (0..2 * n).map(rate).collect::<Result<Vec<f64>>>()?;
         let rates = DVector::from_vec(rates);
         let mut rows = rows.insert_row(last.0, 0.0).insert_column(last.1, 0.0);
-        // What closes comes last.
+        // The closing rows are the last ones of the loop.
         let gap = &rates / rates.norm();
         rows.view_mut((last.0 - 2 * n, last.1), (2 * n, 1))
             .copy_from(&gap);

@@ -1,7 +1,8 @@
-//! The equations of a loop linearised at a place, with the column of the parameter by differences (theory 19).
+//! The equations `G(Z, p) = 0` of a closed loop Z at a value p of the parameter, linearised: `G_Z` exactly, the column `G_p` by central
+//! differences (theory 19). Rows and unknowns are scaled, in units of the motion.
 
-use crate::branch::family::{Family, check_same, stretched};
-use crate::branch::place::{Direction, Place};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::problem::{BranchProblem, check_same, stretched};
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::linalg::determinant::{Determinant, signed_volume};
@@ -14,38 +15,41 @@ use crate::orbit::{
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// The equations at a place: `rows xi + column pi = right`, pi the parameter in parts of its range.
+/// The linearised equations at a loop: `rows xi + column pi = right`, xi the correction of its scaled unknowns, pi that of the parameter in
+/// parts of its range.
 #[derive(Clone)]
 pub(super) struct Equations {
+    /// The Jacobian by the unknowns of the loop, shape `(n_equations, n_unknowns)`, \[-\].
     pub rows: DMatrix<f64>,
-    pub by_value: ByValue,
+    pub by_value: ParameterDerivative,
+    /// Minus the residual, shape `(n_equations,)`, \[-\].
     pub right: DVector<f64>,
-    /// How far the loop is from closing.
+    /// How far the loop is from closing, in parts of the motion's size \[-\].
     pub mismatch: f64,
     scene: Arc<Scene>,
-    /// None of a loop that is followed by its impulses.
+    /// `None` for a loop whose unknowns are its impulses.
     linear: Option<Linearised>,
 }
 
-/// Where a step begins: a place, the equations there, and the direction of the branch.
-pub(super) type Foot<'a> = (&'a Place, &'a Equations, &'a Direction);
+/// The point that a step begins from: its loop, the equations there, and the tangent of the branch.
+pub(super) type BasePoint<'a> = (&'a ParametricLoop, &'a Equations, &'a BranchDirection);
 
-/// What changes with pi.
+/// Derivatives by pi, the parameter in parts of its range.
 #[derive(Clone, Default)]
-pub(super) struct ByValue {
-    /// The equations.
+pub(super) struct ParameterDerivative {
+    /// Of the residual, shape `(n_equations,)`, \[-\].
     pub column: DVector<f64>,
-    /// The states and the starts of the flights; nothing of a loop that is followed by its impulses.
+    /// Of the states and of the starts of the flights; empty for a loop whose unknowns are its impulses.
     pub flights: ShootingState,
 }
 
 impl Equations {
-    /// A number that changes its sign where another branch is crossed, along a direction of this one.
-    pub fn crossing(&self, tangent: &Direction) -> f64 {
+    /// The test function of branch points: it changes its sign where another branch is crossed, along the tangent of this one.
+    pub fn crossing(&self, tangent: &BranchDirection) -> f64 {
         signed_volume(self.bordered(tangent))
     }
 
-    /// The matrix of the equations, the parameter last.
+    /// The Jacobian `[G_Z G_p]`, the column of the parameter last.
     pub fn all_columns(&self) -> DMatrix<f64> {
         let last = self.rows.ncols();
         let mut matrix = self.rows.clone().insert_column(last, 0.0);
@@ -53,8 +57,8 @@ impl Equations {
         matrix
     }
 
-    /// The same beside one more row.
-    pub fn bordered(&self, border: &Direction) -> DMatrix<f64> {
+    /// The Jacobian bordered by one more row, that of a direction.
+    pub fn bordered(&self, border: &BranchDirection) -> DMatrix<f64> {
         let last = self.rows.nrows();
         let mut matrix = self.all_columns().insert_row(last, 0.0);
         matrix.set_row(last, &border.row().transpose());
@@ -62,18 +66,23 @@ impl Equations {
     }
 }
 
-impl Family<'_> {
-    /// The equations at a place.
-    pub fn equations(&self, place: &Place) -> Result<Equations> {
-        let equations = self.equations_nearby(place, &ByValue::default())?;
+impl BranchProblem<'_> {
+    /// The equations at a loop.
+    pub fn equations(&self, place: &ParametricLoop) -> Result<Equations> {
+        let equations = self.equations_nearby(place, &ParameterDerivative::default())?;
         self.renewed(place, equations)
     }
 
-    /// The same with what changes with the parameter as it is at a place nearby: corrections by them are a little longer on their way.
-    pub fn equations_nearby(&self, place: &Place, by_value: &ByValue) -> Result<Equations> {
+    /// The equations with the derivatives by the parameter of a loop nearby, which saves their differences: corrections converge a little
+    /// slower, to the same solution.
+    pub fn equations_nearby(
+        &self,
+        place: &ParametricLoop,
+        by_value: &ParameterDerivative,
+    ) -> Result<Equations> {
         let scene = self.scene(place.value)?;
         let by_value = by_value.clone();
-        // In parts of the motion's own size, where it has outgrown the units.
+        // The mismatch is relative to the motion's size where that has outgrown the units.
         let grown = self.size(&place.state).max(1.0);
         if self.has_pulses {
             let LinearisedPulses {
@@ -105,8 +114,8 @@ impl Family<'_> {
         })
     }
 
-    /// The same with what changes with the parameter there.
-    pub fn renewed(&self, place: &Place, equations: Equations) -> Result<Equations> {
+    /// The equations with the derivatives by the parameter taken at the loop itself.
+    pub fn renewed(&self, place: &ParametricLoop, equations: Equations) -> Result<Equations> {
         let by_value = match &equations.linear {
             Some(linear) => self.by_value(place, &equations.scene, linear)?,
             None => self.pulses_by_value(place, &equations.scene)?,
@@ -117,18 +126,18 @@ impl Family<'_> {
         })
     }
 
-    /// Equations as those of a place next to theirs.
-    pub fn equations_at(&self, place: &Place, equations: Equations) -> Result<Equations> {
+    /// The equations of a loop taken for those of one next to it.
+    pub fn equations_at(&self, place: &ParametricLoop, equations: Equations) -> Result<Equations> {
         Ok(Equations {
             scene: self.scene(place.value)?,
             ..equations
         })
     }
 
-    /// Does some work with the equations at a place.
+    /// Gives the shooting problem at a loop to a function, and returns what that makes of it.
     fn shooting_at<T>(
         &self,
-        place: &Place,
+        place: &ParametricLoop,
         work: impl FnOnce(&Shooting<'_>, OrbitOf<'_>, &ScaledUnits) -> Result<T>,
     ) -> Result<T> {
         let scene = self.scene(place.value)?;
@@ -138,13 +147,13 @@ impl Family<'_> {
         })
     }
 
-    /// The speed at which the stop of an instant is approached, the first of them if there are several.
-    pub fn approach(&self, place: &Place, instant: usize) -> Result<f64> {
+    /// The speed at which the stop of an instant is approached, of the first stop if several are hit.
+    pub fn approach(&self, place: &ParametricLoop, instant: usize) -> Result<f64> {
         Ok(self.approaches(place)?[instant])
     }
 
-    /// The speeds at all instants; not a number where nothing is hit.
-    pub fn approaches(&self, place: &Place) -> Result<Vec<f64>> {
+    /// The speeds of approach at all instants; NaN where nothing is hit.
+    pub fn approaches(&self, place: &ParametricLoop) -> Result<Vec<f64>> {
         if self.has_pulses {
             let (pulses, train) = place.train();
             return Ok(pulses.approaches(&train));
@@ -170,8 +179,8 @@ impl Family<'_> {
         })
     }
 
-    /// The gap of a stop at an instant, in units of the motion.
-    pub fn gap_at(&self, place: &Place, (stop, instant): (usize, usize)) -> Result<f64> {
+    /// The gap of a stop at an instant, in units of the motion \[-\].
+    pub fn gap_at(&self, place: &ParametricLoop, (stop, instant): (usize, usize)) -> Result<f64> {
         let (t, x) = (place.state.times[instant], &place.state.states[instant]);
         self.shooting_at(place, |shooting, _, units| {
             let at = shooting.motion.gap(stop, t, x)?;
@@ -179,8 +188,8 @@ impl Family<'_> {
         })
     }
 
-    /// The acceleration with which the gap of the stop of an instant opens behind it, where it is let go.
-    pub fn opening(&self, place: &Place, instant: usize) -> Result<f64> {
+    /// The acceleration with which the gap opens after an instant if the stop that is hit there lets the motion go.
+    pub fn opening(&self, place: &ParametricLoop, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
         let stage = &self.signature.stages[instant];
         let Event::Strike(stops) = &stage.event else {
@@ -193,8 +202,8 @@ impl Family<'_> {
         })
     }
 
-    /// The deviation that comes back multiplied by a number that is a multiplier, of all states and times.
-    pub fn deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
+    /// The eigenvector of a multiplier, as deviations of all states and times.
+    pub fn deviation(&self, place: &ParametricLoop, multiplier: f64) -> Result<ShootingState> {
         if self.has_pulses {
             return self.pulse_deviation(place, multiplier);
         }
@@ -203,22 +212,22 @@ impl Family<'_> {
         Ok(linear.deviations(&own.column(0).into_owned()))
     }
 
-    /// The equations of the loop alone.
-    fn linearised(&self, place: &Place) -> Result<Linearised> {
+    /// The linearised equations of the loop, without the parameter.
+    fn linearised(&self, place: &ParametricLoop) -> Result<Linearised> {
         self.shooting_at(place, |shooting, _, units| {
             shooting.linearised(&place.state, units)
         })
     }
 
-    /// How far a loop is from closing.
-    pub fn mismatch(&self, place: &Place) -> Result<f64> {
+    /// How far a loop is from closing \[-\].
+    pub fn mismatch(&self, place: &ParametricLoop) -> Result<f64> {
         self.shooting_at(place, |shooting, _, units| {
             shooting.mismatch(&place.state, units)
         })
     }
 
-    /// The same family with positions and velocities in the units of another loop.
-    pub fn in_units_of(&self, place: &Place) -> Result<Self> {
+    /// The same problem with the units of another loop for positions and velocities.
+    pub fn in_units_of(&self, place: &ParametricLoop) -> Result<Self> {
         let units = self.shooting_at(place, |shooting, _, _| shooting.units(&place.state))?;
         let time = self.units.time;
         Ok(Self {
@@ -227,20 +236,20 @@ impl Family<'_> {
         })
     }
 
-    /// A number that changes its sign where a multiplier passes through another number, and nowhere else.
+    /// The test function of a multiplier: it changes its sign where one passes through a number, and nowhere else.
     pub fn multiplier_test(
         &self,
-        at: (&Place, Option<&Equations>),
+        at: (&ParametricLoop, Option<&Equations>),
         multiplier: f64,
     ) -> Result<f64> {
         let own = self.multiplier_determinant(at, multiplier)?;
         Ok(own.in_parts_of(own.lengths))
     }
 
-    /// A determinant that is zero where a number is a multiplier, and smooth; by the equations of a place where they are known.
+    /// A smooth determinant that is zero where a number is a multiplier; it takes the equations at the loop where they are known.
     pub fn multiplier_determinant(
         &self,
-        (place, equations): (&Place, Option<&Equations>),
+        (place, equations): (&ParametricLoop, Option<&Equations>),
         multiplier: f64,
     ) -> Result<Determinant> {
         let known = equations.and_then(|own| own.linear.as_ref());
@@ -253,19 +262,19 @@ impl Family<'_> {
         }))
     }
 
-    /// The orbit at a place where the loop is closed.
+    /// The orbit of a closed loop.
     ///
     /// # Errors
-    /// A scene that is not odd any more, of half a motion; what the motion reports.
-    pub fn orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
+    /// For a loop of half a period, a scene that is no longer odd; what the motion reports.
+    pub fn orbit(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
         if self.signature.images.is_some() {
             let scene = self.scene(place.value)?;
             if self.images_in(&scene, place)? != self.signature.images {
                 let rule = "the scene must stay odd, which the orbits' symmetry q(t + T/2) = -q(t) asks for";
                 return Err(Error::bad_value("parameter", place.value, rule));
             }
-            let (family, place) = self.whole(place)?;
-            return family.orbit(&place);
+            let (problem, place) = self.whole(place)?;
+            return problem.orbit(&place);
         }
         if self.has_pulses {
             return self.orbit_of_pulses(place);
@@ -276,13 +285,14 @@ impl Family<'_> {
         })
     }
 
-    /// The same where it closes by another route than the one that made it: half a motion for a whole period, impulses by flights.
+    /// The orbit of a closed loop, checked by another route: it has to close when it is flown once more, a half motion for the whole
+    /// period, a loop of impulses by its flights.
     ///
     /// # Errors
-    /// As [`orbit`](Self::orbit); a motion that does not.
-    pub fn closed_orbit(&self, place: &Place) -> Result<PeriodicOrbit> {
+    /// As [`orbit`](Self::orbit); a motion that does not close.
+    pub fn closed_orbit(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
         let orbit = self.orbit(place)?;
-        match orbit.missed([self.units.position, self.units.velocity])? {
+        match orbit.closure_defect([self.units.position, self.units.velocity])? {
             None => Ok(orbit),
             Some(residual) => Err(Error::NoConvergence {
                 stage: "the motion, followed once more by another route,",
@@ -292,12 +302,17 @@ impl Family<'_> {
         }
     }
 
-    /// How what the loop lacks, and with it the states of its flights, changes with the parameter, in parts of the range: central
-    /// differences, instants held at their phases; one-sided at the end of what the parameter may be.
-    fn by_value(&self, place: &Place, scene: &Scene, here: &Linearised) -> Result<ByValue> {
+    /// Derivatives of the residual and of the states by the parameter in parts of its range: central differences, instants held at their
+    /// phases; one-sided where the parameter may go no further.
+    fn by_value(
+        &self,
+        place: &ParametricLoop,
+        scene: &Scene,
+        here: &Linearised,
+    ) -> Result<ParameterDerivative> {
         let none = DVector::zeros(here.rows.ncols());
         if self.energetics.is_some() {
-            return Ok(ByValue {
+            return Ok(ParameterDerivative {
                 column: DVector::zeros(here.rows.nrows()).push(-1.0),
                 flights: here.deviations(&none),
             });
@@ -324,7 +339,7 @@ impl Family<'_> {
         };
         let ((right, one), (left, other)) = (one, other);
         let states = one.states.iter().zip(&other.states);
-        Ok(ByValue {
+        Ok(ParameterDerivative {
             column: (right - left) * -factor,
             flights: ShootingState {
                 times: rate(&one.times, &other.times),
@@ -334,7 +349,7 @@ impl Family<'_> {
         })
     }
 
-    /// What is at the values beside one, above and below, with these; at itself where one of them is refused.
+    /// A function at both ends of a difference about a value, with the ends; at the value itself in place of an end that the scene refuses.
     pub fn beside<T>(
         &self,
         value: f64,
@@ -351,32 +366,42 @@ impl Family<'_> {
         })
     }
 
-    /// A place moved by the parameter alone, to first order.
+    /// A loop moved with the parameter, its own unknowns held, to first order.
     pub fn moved_by_value(
         &self,
-        place: &Place,
-        (equations, by_value): (&Equations, &ByValue),
+        place: &ParametricLoop,
+        (equations, by_value): (&Equations, &ParameterDerivative),
         part: f64,
-    ) -> Result<Place> {
-        let by = Direction {
+    ) -> Result<ParametricLoop> {
+        let by = BranchDirection {
             loop_part: DVector::zeros(equations.rows.ncols()),
             value_part: part,
         };
-        // Of a place that was moved by another number the equations are not those of its scene.
+        // A loop that was moved by another number belongs to another scene than the equations.
         let scene = &self.scene(place.value)?;
         let moved = |linear: &Linearised| linear.deviations(&own_part(linear, &by));
         self.moved_by((place, scene), (equations, by_value), (&by, &moved))
     }
 
-    /// A place moved by a direction, to first order.
-    pub fn moved(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
+    /// A loop corrected along a direction, to first order: its flights are joined.
+    pub fn moved(
+        &self,
+        place: &ParametricLoop,
+        equations: &Equations,
+        by: &BranchDirection,
+    ) -> Result<ParametricLoop> {
         let moved = |linear: &Linearised| linear.corrections(&own_part(linear, by));
         let own = (equations, &equations.by_value);
         self.moved_by((place, &equations.scene), own, (by, &moved))
     }
 
-    /// A place moved by a deviation, to first order: what is not closed stays so.
-    pub fn deviated(&self, place: &Place, equations: &Equations, by: &Direction) -> Result<Place> {
+    /// A loop moved along a deviation, to first order: flights that are not joined stay so.
+    pub fn deviated(
+        &self,
+        place: &ParametricLoop,
+        equations: &Equations,
+        by: &BranchDirection,
+    ) -> Result<ParametricLoop> {
         let moved = |linear: &Linearised| linear.deviations(&own_part(linear, by));
         let own = (equations, &equations.by_value);
         self.moved_by((place, &equations.scene), own, (by, &moved))
@@ -384,10 +409,10 @@ impl Family<'_> {
 
     fn moved_by(
         &self,
-        (place, scene): (&Place, &Scene),
-        (equations, by_value): (&Equations, &ByValue),
-        (by, moved): (&Direction, &dyn Fn(&Linearised) -> ShootingState),
-    ) -> Result<Place> {
+        (place, scene): (&ParametricLoop, &Scene),
+        (equations, by_value): (&Equations, &ParameterDerivative),
+        (by, moved): (&BranchDirection, &dyn Fn(&Linearised) -> ShootingState),
+    ) -> Result<ParametricLoop> {
         let Some(linear) = &equations.linear else {
             return self.moved_pulses(place, scene, by);
         };
@@ -400,7 +425,7 @@ impl Family<'_> {
     }
 }
 
-/// The part of a direction that its loop's own unknowns are.
-fn own_part(linear: &Linearised, by: &Direction) -> DVector<f64> {
+/// The part of a direction in the unknowns of the shooting problem, without that of the energy.
+fn own_part(linear: &Linearised, by: &BranchDirection) -> DVector<f64> {
     by.loop_part.rows(0, linear.rows.ncols()).into_owned()
 }

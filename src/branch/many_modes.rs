@@ -1,10 +1,10 @@
-//! Branches of linear scenes of many modes, followed by the impulses and the times of their impacts, two unknowns for each whatever the number of
-//! modes (theory 19, "Many modes").
+//! Branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact whatever the number
+//! of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
 
-use crate::branch::equations::ByValue;
-use crate::branch::family::{Family, check_same, stretched};
-use crate::branch::instants::period;
-use crate::branch::place::{Direction, Impulses, Place};
+use crate::branch::equations::ParameterDerivative;
+use crate::branch::parametric_loop::{BranchDirection, ImpulseUnknowns, ParametricLoop};
+use crate::branch::problem::{BranchProblem, check_same, stretched};
+use crate::branch::shooting_nodes::period;
 use crate::branch::special::Special;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
@@ -14,33 +14,35 @@ use crate::model::Scene;
 use crate::orbit::{
     Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ShootingState,
 };
-use crate::tolerance::{MARGINAL, MEETING};
+use crate::tolerance::{MANY_MODES, MARGINAL, MEETING, SINGULAR_ALONG_FOLD};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
-/// From so many modes on: below, the unknowns of a loop are not many either.
-const MANY: usize = 24;
-/// Corrections of a loop that is closed, and singular values along which it is not corrected, in parts of the largest entry.
-const POLISHED: usize = 3;
-const ALONG_FOLD: f64 = 1e-6;
+/// Corrections of a loop that is closed already, by which its gaps become zero to rounding. `[work]`
+const MOST_POLISHINGS: usize = 3;
 
-impl Family<'_> {
-    /// The same followed by its impulses, where the scene has many modes and they say all.
-    pub fn by_pulses(self, place: Place) -> Result<(Self, Place)> {
+impl BranchProblem<'_> {
+    /// The problem and its loop with the impulses as unknowns, where the scene has many modes and these determine the motion; else both as
+    /// they are.
+    pub fn by_pulses(self, place: ParametricLoop) -> Result<(Self, ParametricLoop)> {
         let scene = self.scene(place.value)?;
         let is_linear = scene.linear_system("continuation").is_ok();
-        if !is_linear || scene.n_dof() < MANY || self.is_free || self.signature.images.is_some() {
+        if !is_linear
+            || scene.n_dof() < MANY_MODES
+            || self.is_free
+            || self.signature.images.is_some()
+        {
             return Ok((self, place));
         }
         let reduced = Self {
             has_pulses: true,
             ..self.clone()
         };
-        // All the way: where modes do not decay enough all unknowns serve.
+        // At both ends of the range: where modes do not decay enough, all unknowns are needed.
         let (low, high) = self.range;
         for value in [low, high] {
             let there = match self.scene(value) {
-                // The number may not take this value.
+                // The scene refuses this value.
                 Err(Error::BadValue { .. }) => continue,
                 there => there?,
             };
@@ -53,11 +55,11 @@ impl Family<'_> {
         }
         Ok(match reduced.impulses_of(&scene, &place.state)? {
             None => (self, place),
-            impulses => (reduced, Place { impulses, ..place }),
+            impulses => (reduced, ParametricLoop { impulses, ..place }),
         })
     }
 
-    /// The equations of loops by their impulses in a scene, if these say all.
+    /// The equations of impulses in a scene, if these determine the motion.
     fn pulses(&self, scene: &Scene, others: Option<&Pulses>) -> Result<Option<Arc<Pulses>>> {
         let Clocked::Forced { period } = self.signature.clocked(scene) else {
             return Ok(None);
@@ -67,7 +69,7 @@ impl Family<'_> {
         Ok(Pulses::new(scene, &modal, (stages, period), others).map(Arc::new))
     }
 
-    /// The same where they are to.
+    /// The equations of impulses in a scene; an error where these do not determine the motion.
     fn needed_pulses(&self, scene: &Scene, value: f64, others: &Pulses) -> Result<Arc<Pulses>> {
         self.pulses(scene, Some(others))?.ok_or_else(|| {
             let rule = "of many modes each must lose more than a millionth in a period";
@@ -75,26 +77,34 @@ impl Family<'_> {
         })
     }
 
-    /// The impulses of a loop, if it is to be followed by them.
-    pub fn impulses_of(&self, scene: &Scene, state: &ShootingState) -> Result<Option<Impulses>> {
+    /// The impulses of a loop, where they are the unknowns.
+    pub fn impulses_of(
+        &self,
+        scene: &Scene,
+        state: &ShootingState,
+    ) -> Result<Option<ImpulseUnknowns>> {
         if !self.has_pulses {
             return Ok(None);
         }
         let equations = self.pulses(scene, None)?;
-        Ok(equations.map(|equations| Impulses {
+        Ok(equations.map(|equations| ImpulseUnknowns {
             changes: equations.train(&state.times, &state.states).changes,
             equations,
         }))
     }
 
-    /// The equations of a train, and how far it is from being one.
-    pub fn pulse_equations(&self, scene: &Scene, place: &Place) -> LinearisedPulses {
+    /// The linearised equations of a loop of impulses.
+    pub fn pulse_equations(&self, scene: &Scene, place: &ParametricLoop) -> LinearisedPulses {
         let (pulses, train) = place.train();
         pulses.linearised(&train, &self.units_in(scene))
     }
 
-    /// What changes with the parameter, phases and impulses being the same.
-    pub fn pulses_by_value(&self, place: &Place, scene: &Scene) -> Result<ByValue> {
+    /// Derivatives by the parameter, phases and impulses held.
+    pub fn pulses_by_value(
+        &self,
+        place: &ParametricLoop,
+        scene: &Scene,
+    ) -> Result<ParameterDerivative> {
         let lacking = |value: f64| -> Result<DVector<f64>> {
             let there = self.scene(value)?;
             check_same(scene, &there, value)?;
@@ -109,21 +119,25 @@ impl Family<'_> {
         };
         let here = || Ok(self.pulse_equations(scene, place).right);
         let [(high, upper), (low, lower)] = self.beside(place.value, &lacking, here)?;
-        Ok(ByValue {
+        Ok(ParameterDerivative {
             column: (lower - upper) * (self.span() / (high - low)),
-            ..ByValue::default()
+            ..ParameterDerivative::default()
         })
     }
 
-    /// The rows of a deviation that comes back multiplied.
-    pub fn pulse_variational(&self, place: &Place, multiplier: f64) -> DMatrix<f64> {
+    /// The matrix that is singular where a number is a multiplier.
+    pub fn pulse_variational(&self, place: &ParametricLoop, multiplier: f64) -> DMatrix<f64> {
         let (pulses, train) = place.train();
         let kernel = Kernel::new(pulses, &train, &pulses.before(&train));
         kernel.equations(pulses, &self.pulse_units(place), multiplier)
     }
 
-    /// The deviation that comes back multiplied by a number that is a multiplier, of all states and times.
-    pub fn pulse_deviation(&self, place: &Place, multiplier: f64) -> Result<ShootingState> {
+    /// The eigenvector of a multiplier, as deviations of all states and times.
+    pub fn pulse_deviation(
+        &self,
+        place: &ParametricLoop,
+        multiplier: f64,
+    ) -> Result<ShootingState> {
         let rows = self.pulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
         let (pulses, train) = place.train();
@@ -139,16 +153,17 @@ impl Family<'_> {
         })
     }
 
-    /// How many multipliers lie outside the unit circle; none where that is not told.
-    pub fn n_outside_of_pulses(&self, place: &Place) -> Option<usize> {
+    /// How many multipliers lie outside the unit circle; `None` where that is not decided.
+    pub fn n_outside_of_pulses(&self, place: &ParametricLoop) -> Option<usize> {
         let (pulses, train) = place.train();
         pulses.n_outside(&train, &self.pulse_units(place), MARGINAL)
     }
 
-    /// How many multipliers lie outside it at a special point but those that cross it there; none where that is not told.
+    /// How many multipliers lie outside the circle at a special point, by more than those that cross it there; `None` where that is not
+    /// decided.
     pub fn n_well_outside(&self, special: &Special) -> Result<Option<usize>> {
         let (value, range) = (special.parameter, self.range);
-        let (there, place) = Family::around(&special.orbit, self.make, value, range)?;
+        let (there, place) = BranchProblem::around(&special.orbit, self.make, value, range)?;
         let (there, place) = there.by_pulses(place)?;
         if !there.has_pulses {
             return Ok(None);
@@ -158,20 +173,25 @@ impl Family<'_> {
     }
 
     /// The multiplier of a loop on the upper half of the unit circle, where one is.
-    pub fn pulse_multiplier(&self, place: &Place) -> Option<Complex<f64>> {
+    pub fn pulse_multiplier(&self, place: &ParametricLoop) -> Option<Complex<f64>> {
         let (pulses, train) = place.train();
         pulses.on_circle(&train, &self.pulse_units(place))
     }
 
-    fn pulse_units(&self, place: &Place) -> ScaledUnits {
+    fn pulse_units(&self, place: &ParametricLoop) -> ScaledUnits {
         ScaledUnits {
             time: place.clock,
             ..self.units
         }
     }
 
-    /// A place moved by a direction: impulses, times and the parameter, states being what follows from them.
-    pub fn moved_pulses(&self, place: &Place, scene: &Scene, by: &Direction) -> Result<Place> {
+    /// A loop moved along a direction: impulses, times and the parameter, and the states that follow from them.
+    pub fn moved_pulses(
+        &self,
+        place: &ParametricLoop,
+        scene: &Scene,
+        by: &BranchDirection,
+    ) -> Result<ParametricLoop> {
         let value = place.value + by.value_part * self.span();
         let there = self.scene(value)?;
         check_same(scene, &there, value)?;
@@ -194,7 +214,7 @@ impl Family<'_> {
             (moved.times.clone(), equations.after(&moved))
         };
         let last = starts[0] + period(&state);
-        Ok(Place {
+        Ok(ParametricLoop {
             value,
             state: ShootingState {
                 times: starts.iter().copied().chain([last]).collect(),
@@ -202,15 +222,15 @@ impl Family<'_> {
                 states: states.iter().map(|z| equations.physical(z)).collect(),
             },
             clock,
-            impulses: Some(Impulses {
+            impulses: Some(ImpulseUnknowns {
                 equations,
                 changes: moved.changes,
             }),
         })
     }
 
-    /// The way from a loop to another, in the scaled unknowns.
-    pub fn between_pulses(&self, from: &Place, to: &Place) -> Direction {
+    /// The chord from a loop to another, in scaled unknowns.
+    pub fn between_pulses(&self, from: &ParametricLoop, to: &ParametricLoop) -> BranchDirection {
         let ([one, other], count) = (
             [from, to].map(|place| place.train().1),
             from.train().0.len(),
@@ -222,21 +242,21 @@ impl Family<'_> {
                 other.times[i - count] / to.clock - one.times[i - count] / from.clock
             }
         };
-        Direction {
+        BranchDirection {
             loop_part: DVector::from_fn(2 * count, |i, _| part(i)),
             value_part: (to.value - from.value) / self.span(),
         }
     }
 
     /// The orbit of a loop.
-    pub fn orbit_of_pulses(&self, place: &Place) -> Result<PeriodicOrbit> {
+    pub fn orbit_of_pulses(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
         let (pulses, mut train) = place.train();
         let units = &self.units_in(&scene);
         let mut own = pulses.linearised(&train, units);
-        // Gaps are to be zero to rounding, where the orbit may not change by much: not along a fold.
-        for _ in 0..POLISHED.min(pulses.len()) {
-            let tolerance = ALONG_FOLD * own.rows.amax();
+        // Gaps are to be zero to rounding; along a fold the loop would move too far for that.
+        for _ in 0..MOST_POLISHINGS.min(pulses.len()) {
+            let tolerance = SINGULAR_ALONG_FOLD * own.rows.amax();
             let by = rank::solve(&own.rows, &own.right, tolerance)?.particular;
             let count = pulses.len();
             let moved = PulseTrain {

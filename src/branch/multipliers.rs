@@ -1,15 +1,16 @@
-//! The multipliers of an orbit of a branch.
+//! The Floquet multipliers of an orbit of a branch.
 
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::Complex;
 
+/// Whether an orbit has no forcing.
 pub(super) fn is_free(orbit: &PeriodicOrbit) -> bool {
     orbit.scene().frequency().is_none()
 }
 
-/// The multipliers of an orbit but, without forcing, the one of a shift in time, which is 1; `None` where it has none.
+/// The multipliers of an orbit, without forcing except that of a shift in time, which is 1; `None` where the return map has no derivative.
 pub(super) fn own_multipliers(orbit: &PeriodicOrbit) -> Result<Option<Vec<Complex<f64>>>> {
     let Some(order) = orbit.stability()?.orders.first() else {
         return Ok(None);
@@ -28,8 +29,8 @@ fn without_one(own: &mut Vec<Complex<f64>>) {
     nearest.map(|i| own.remove(i));
 }
 
-/// How many of them lie outside the unit circle, by more than rounding; of motions that keep their energy, for which one is 1 besides and
-/// all lie on the circle but those that left it in pairs, by more than a pair is known that meets there.
+/// How many multipliers lie outside the unit circle, by more than rounding. If the motion keeps its energy another one is 1, and those on
+/// the circle meet in pairs: a larger margin holds.
 pub(super) fn n_outside(orbit: &PeriodicOrbit, keeps_energy: bool) -> Result<Option<usize>> {
     let mut own = own_multipliers(orbit)?;
     if keeps_energy {
@@ -39,7 +40,7 @@ pub(super) fn n_outside(orbit: &PeriodicOrbit, keeps_energy: bool) -> Result<Opt
     Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + margin).count()))
 }
 
-/// The pair of conjugate multipliers that is nearest to the unit circle, one of it.
+/// The multiplier on the upper half plane of the conjugate pair nearest to the unit circle.
 pub(super) fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
     let off = |mu: &Complex<f64>| mu.norm().ln().abs();
     let pairs = own.iter().copied().filter(|mu| mu.im > 0.0);
@@ -48,17 +49,20 @@ pub(super) fn pair_at_circle(own: &[Complex<f64>]) -> Option<Complex<f64>> {
 
 /// Two multipliers that are conjugate, or real and of one sign.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pair {
+pub(super) struct MultiplierPair {
     pub sum: f64,
     pub product: f64,
 }
 
-/// The pair whose product is nearest to 1. Sum and product of a pair are smooth where its multipliers meet on the real axis.
-pub(super) fn pair_of_product_one(own: &[Complex<f64>]) -> Option<Pair> {
-    let conjugate = own.iter().filter(|mu| mu.im > 0.0).map(|mu| Pair {
-        sum: 2.0 * mu.re,
-        product: mu.norm_sqr(),
-    });
+/// The pair whose product is nearest to 1. Its sum and product are smooth where its multipliers meet on the real axis.
+pub(super) fn pair_of_product_one(own: &[Complex<f64>]) -> Option<MultiplierPair> {
+    let conjugate = own
+        .iter()
+        .filter(|mu| mu.im > 0.0)
+        .map(|mu| MultiplierPair {
+            sum: 2.0 * mu.re,
+            product: mu.norm_sqr(),
+        });
     let real: Vec<f64> = own
         .iter()
         .filter(|mu| mu.im == 0.0)
@@ -66,12 +70,12 @@ pub(super) fn pair_of_product_one(own: &[Complex<f64>]) -> Option<Pair> {
         .collect();
     let of_two = real.iter().enumerate().flat_map(|(i, a)| {
         let others = real[..i].iter().filter(move |b| *a * **b > 0.0);
-        others.map(move |b| Pair {
+        others.map(move |b| MultiplierPair {
             sum: a + b,
             product: a * b,
         })
     });
-    let off = |pair: &Pair| pair.product.ln().abs();
+    let off = |pair: &MultiplierPair| pair.product.ln().abs();
     conjugate
         .chain(of_two)
         .min_by(|a, b| off(a).total_cmp(&off(b)))

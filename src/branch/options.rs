@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::quantity::finite;
 
-/// Which way a branch is followed from the orbit that is known.
+/// The direction in which a branch is followed from the orbit that is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Heading {
     /// Towards larger values at first.
@@ -15,14 +15,14 @@ pub enum Heading {
     Both,
 }
 
-/// What becomes of a branch behind a boundary, where its orbits break a rule of contact.
+/// What becomes of a branch beyond a boundary, where its orbits break a rule of contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Virtual {
     /// It ends there.
     #[default]
     Stop,
-    /// It goes on, with orbits that say that they are not admissible; the boundary is one of its special points, the next one that is
-    /// broken besides is not.
+    /// It goes on with orbits that say that they are not admissible. The boundary is one of its special points; further rules that are
+    /// broken beyond are not located.
     Keep,
 }
 
@@ -35,7 +35,7 @@ pub struct ContinuationOptions {
     pub max_points: usize,
     /// The smallest, the first and the largest step, in arclength of scaled unknowns; default 1e-8, 1e-3, 0.05.
     pub steps: [f64; 3],
-    /// What becomes of it behind a boundary, default an end.
+    /// What becomes of it beyond a boundary, default an end.
     pub beyond: Virtual,
     /// Whether the motion is kept its own mirror image half a period later, `q(t + T/2) = -q(t)`: default where it is, in scenes that are
     /// odd. A branch cannot leave its symmetry then, and where it is broken a branch of others is born (a pitchfork).
@@ -55,7 +55,7 @@ impl Default for ContinuationOptions {
 }
 
 impl ContinuationOptions {
-    /// Refuses steps that are not in order, and no points.
+    /// Refuses steps that are not in order, and zero points.
     pub(super) fn check(&self) -> Result<()> {
         let [smallest, first, largest] = self.steps;
         for step in self.steps {
@@ -74,7 +74,7 @@ impl ContinuationOptions {
     }
 }
 
-/// Refuses a range that is none, or without the value at which something begins.
+/// Refuses an empty range, or one without the first value.
 pub(super) fn check_range(name: &str, (low, high): (f64, f64), start: f64) -> Result<()> {
     for value in [low, high, start] {
         finite(name, value)?;

@@ -1,72 +1,67 @@
-//! What a motion is on the other side of a boundary, by following it: whatever its instants are there, each impact and each release is what the
-//! laws of contact make of it (theory 19, "Switching").
+//! The orbit beyond a boundary by simulation: whatever its instants are there, each impact and each release is what the laws of contact
+//! make of it (theory 19, "Switching").
 
 use crate::branch::candidate::Candidate;
-use crate::branch::family::Family;
-use crate::branch::instants::{are_impacts, period};
-use crate::branch::place::{Direction, Place};
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::problem::BranchProblem;
+use crate::branch::shooting_nodes::{are_impacts, period};
 use crate::error::{Error, Result};
 use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_phase, with_shooting};
 use crate::simulate::{Keep, SimulateOptions, Status, simulate};
+use crate::tolerance::{
+    BEYOND_BOUNDARY_DISTANCE, MEETS_BRANCH_DISTANCE, NEARER_BOUNDARY_FACTOR, NEARING_FACTOR,
+    NEARING_IN_A_ROW, SAME_AS_BRANCH, SETTLING_ROUNDS,
+};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// How far beyond a boundary is looked at first, in parts of the range; by what factor nearer, and how often: another boundary may be as near.
-const BEYOND: f64 = 1e-4;
-const NEARER: f64 = 0.1;
-const MOST_NEARER: usize = 5;
-/// Rounds in which a motion settles: a deviation that is half as large after each is 1e-9 of itself.
-const SETTLING: usize = 30;
-/// An orbit that meets a branch comes nearer to the last one of that by this factor at least, from one distance to the next and from that to the next
-/// again: once it may for another reason, as the orbits beyond a fold next to the boundary do. It is another where it does not, or is farther
-/// than this part of the motion.
-const COMES_NEARER: f64 = 0.6;
-const IN_A_ROW: usize = 3;
-const FAR: f64 = 0.1;
-/// Orbits that differ by less are one.
-const SAME: f64 = 1e-9;
-/// Times at which two orbits are compared.
-const TIMES: u32 = 64;
+/// Distances from a boundary at which motions are simulated, each nearer than the one before. `[work]`
+const MOST_NEARER_MOTIONS: usize = 5;
+/// Phases of the forcing at which two orbits are compared. `[work]`
+const COMPARED_PHASES: u32 = 64;
 
 /// The time in the middle of the longest free flight of a loop, and the state there; none where a stop is always held.
-fn in_flight(family: &Family<'_>, place: &Place) -> Result<Option<(f64, DVector<f64>)>> {
+fn in_flight(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+) -> Result<Option<(f64, DVector<f64>)>> {
     let state = &place.state;
     let span = |k: &usize| state.times[k + 1] - state.starts[*k];
-    let is_free = |k: &usize| family.signature.stages[*k].held.is_empty();
+    let is_free = |k: &usize| problem.signature.stages[*k].held.is_empty();
     let free = (0..state.states.len()).filter(is_free);
     let Some(k) = free.max_by(|a, b| span(a).total_cmp(&span(b))) else {
         return Ok(None);
     };
     let (start, time) = (state.starts[k], state.starts[k] + 0.5 * span(&k));
     let mut x = state.states[k].clone();
-    let scene = family.scene(place.value)?;
-    with_shooting(&scene, &family.signature, |shooting, _| {
+    let scene = problem.scene(place.value)?;
+    with_shooting(&scene, &problem.signature, |shooting, _| {
         let none = &mut DMatrix::zeros(x.len(), 0);
         shooting.motion.flow(&[], (start, time), &mut x, none)
     })?;
     Ok(Some((time, x)))
 }
 
-/// The loop that a motion is in the scene of a value, which begins amid the longest flight of a loop, after some rounds; none where it is none, or
-/// without forcing.
+/// A loop in the scene of a value and its problem, from a motion that begins amid the longest free flight of a loop and is simulated for
+/// some rounds. None where that does not come near an orbit, or without forcing.
 pub(super) fn simulated<'a>(
-    family: &Family<'a>,
-    place: &Place,
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
     value: f64,
     rounds: usize,
-) -> Result<Option<(Family<'a>, Place)>> {
-    let Some((time, x)) = in_flight(family, place)?.filter(|_| !family.is_free) else {
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    let Some((time, x)) = in_flight(problem, place)?.filter(|_| !problem.is_free) else {
         return Ok(None);
     };
     let Signature {
         n_periods,
         depends_on_time,
         ..
-    } = family.signature;
+    } = problem.signature;
     let n = x.len() / 2;
     let (mut q, mut v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
-    let phase = family.phase + time / place.clock;
-    let found = (family.make)(value)
+    let phase = problem.phase + time / place.clock;
+    let found = (problem.make)(value)
         .and_then(|scene| with_phase(&scene, phase, depends_on_time))
         .and_then(|scene| {
             if rounds > 0 {
@@ -95,60 +90,64 @@ pub(super) fn simulated<'a>(
         Ok(None) | Err(Error::BadValue { .. } | Error::NoConvergence { .. }) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let rest = Family {
-        has_pulses: family.has_pulses && are_impacts(&signature.stages),
+    let rest = BranchProblem {
+        has_pulses: problem.has_pulses && are_impacts(&signature.stages),
         signature,
         phase: scene.phase(),
-        ..family.clone()
+        ..problem.clone()
     };
     let at = rest.place(&scene, value, state)?;
     Ok(Some((rest, at)))
 }
 
-/// The orbit on which the motion of a loop goes on beyond a boundary there, on the side of a sign of the number: one that keeps the rules of
-/// contact and comes to the loop as the number does.
-pub(super) fn beyond(family: &Family<'_>, place: &Place, side: f64) -> Result<Option<Candidate>> {
-    let last = family.orbit(place)?;
-    for rounds in [0, SETTLING] {
+/// The orbit on which a motion goes on beyond a boundary, for larger or smaller parameters by a sign: one that keeps the rules of contact
+/// and comes nearer to the last orbit as its parameter comes nearer to the boundary.
+pub(super) fn simulated_beyond(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    side: f64,
+) -> Result<Option<Candidate>> {
+    let last = problem.orbit(place)?;
+    for rounds in [0, SETTLING_ROUNDS] {
         let mut nearing: Vec<(Candidate, f64)> = Vec::new();
-        let mut off = BEYOND * family.span();
-        for _ in 0..MOST_NEARER {
-            let here = closed(family, place, place.value + side * off, rounds)?;
+        let mut off = BEYOND_BOUNDARY_DISTANCE * problem.span();
+        for _ in 0..MOST_NEARER_MOTIONS {
+            let here = closed(problem, place, place.value + side * off, rounds)?;
             let here = match here {
                 Some(own) => {
                     let apart = distance(&own.orbit, &last)?;
-                    (apart <= FAR).then_some((own, apart))
+                    (apart <= MEETS_BRANCH_DISTANCE).then_some((own, apart))
                 }
                 None => None,
             };
             let comes = |nearer: f64| {
                 let last = nearing.last();
-                last.is_none_or(|(_, farther)| nearer <= COMES_NEARER * farther + SAME)
+                last.is_none_or(|(_, farther)| nearer <= NEARING_FACTOR * farther + SAME_AS_BRANCH)
             };
             if !here.as_ref().is_some_and(|(_, apart)| comes(*apart)) {
                 nearing.clear();
             }
             nearing.extend(here);
-            if nearing.len() == IN_A_ROW {
+            if nearing.len() == NEARING_IN_A_ROW {
                 return Ok(Some(nearing.swap_remove(0).0));
             }
-            off *= NEARER;
+            off *= NEARER_BOUNDARY_FACTOR;
         }
     }
     Ok(None)
 }
 
-/// The orbit that keeps the rules of contact and that a motion from a loop is near, in the scene of a value.
+/// The orbit near a simulated motion in the scene of a value, if it keeps the rules of contact.
 fn closed(
-    family: &Family<'_>,
-    place: &Place,
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
     value: f64,
     rounds: usize,
 ) -> Result<Option<Candidate>> {
-    let Some((own, at)) = simulated(family, place, value, rounds)? else {
+    let Some((own, at)) = simulated(problem, place, value, rounds)? else {
         return Ok(None);
     };
-    let by_value = Direction::of_value(own.n_unknowns(&at));
+    let by_value = BranchDirection::of_value(own.n_unknowns(&at));
     let Ok(settled) = own.corrected(at, &by_value)? else {
         return Ok(None);
     };
@@ -156,9 +155,9 @@ fn closed(
     Ok(Some(found).filter(|own| own.orbit.is_admissible() != Some(false)))
 }
 
-/// How far an orbit is from another at equal phases of the forcing, in parts of the other's largest coordinate.
+/// The largest distance of an orbit from another at equal phases of the forcing, in parts of the other's largest coordinate \[-\].
 fn distance(orbit: &PeriodicOrbit, other: &PeriodicOrbit) -> Result<f64> {
-    // The phases are known to a period of the forcing; of those that an orbit goes through the nearest one counts.
+    // Phases are known up to periods of the forcing: the shift by whole periods with the least distance counts.
     let rounds = orbit.n_periods().max(other.n_periods());
     let ahead = (orbit.phase() - other.phase()) / TAU;
     let state = |own: &PeriodicOrbit, periods: f64| {
@@ -169,8 +168,8 @@ fn distance(orbit: &PeriodicOrbit, other: &PeriodicOrbit) -> Result<f64> {
     let mut least = f64::INFINITY;
     for round in 0..rounds {
         let mut most = 0.0f64;
-        for k in 0..TIMES {
-            let periods = rounds as f64 * f64::from(k) / f64::from(TIMES);
+        for k in 0..COMPARED_PHASES {
+            let periods = rounds as f64 * f64::from(k) / f64::from(COMPARED_PHASES);
             let there = state(other, periods + ahead + round as f64);
             most = most.max((state(orbit, periods) - there).amax());
         }

@@ -1,11 +1,14 @@
-//! Special points of a branch, and what the boundaries are at which it ends.
+//! Special points of a branch: bifurcations, and the boundaries at which it ends.
 
-use crate::branch::family::Family;
-use crate::branch::step::Point;
+use crate::branch::predictor::AcceptedPoint;
+use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::impact::Impact;
 use crate::model::{Parameter, Scene, with_value};
 use crate::orbit::{Breach, Event, PeriodicOrbit, Rule};
+use crate::tolerance::{
+    BREACH_AT_IMPACT, LOST_IMPACT_SPEED, REACHED_AT_IMPACT, ROUNDED_IMPACT_SPEED,
+};
 use nalgebra::DVector;
 
 /// What happens at a special point.
@@ -29,11 +32,11 @@ pub enum SpecialKind {
     Corner,
     /// Lasting contact has no duration left.
     ChatterBorder,
-    /// Behind an impact that takes all speed the stop is left instead of held, or held instead of left.
+    /// After an impact that takes all speed the stop is left instead of held, or held instead of left.
     LandingBorder,
     /// The contact force comes to zero while a stop is held.
     Rise,
-    /// A flight between a release and the next landing on the same stop has no duration left: a rise from behind.
+    /// A flight between a release and the next landing on the same stop has no duration left: a rise from the other side.
     ReleaseBorder,
     /// All impacts of the period lose their speed at once, and contact goes on.
     VanishingImpacts,
@@ -92,9 +95,9 @@ pub struct Special {
     pub kind: SpecialKind,
     /// The number of the branch there.
     pub parameter: f64,
-    /// How far that is known: the last correction of the search, or the width of what it was shut in.
+    /// The error of that: the last change of the search, or the width of its bracket.
     pub error: f64,
-    /// How far along the branch it is.
+    /// How far along the branch it is, in scaled unknowns \[-\].
     pub arclength: f64,
     /// The orbit there; of a boundary the last one before it.
     pub orbit: PeriodicOrbit,
@@ -104,8 +107,9 @@ pub struct Special {
     pub time: Option<f64>,
     /// Of a torus its rotation number: by what part of a turn a small deviation turns in a period, in (0, 1/2).
     pub rotation: Option<f64>,
-    /// The direction of the branch there: the first state and the instants in scaled unknowns, then the number in parts of the range; of
-    /// half the motion where that is kept its own mirror image. At the tip of a doubled branch its two rounds part along it, and the number stays.
+    /// The tangent of the branch there, shape `(n_unknowns + 1,)`, \[-\]: the first state and the instants in scaled unknowns, then the
+    /// number in parts of the range; of half the motion where that is kept its own mirror image. At the end of a doubled branch it is the
+    /// difference of its two rounds, and the number stays.
     pub direction: DVector<f64>,
 }
 
@@ -120,8 +124,8 @@ impl Special {
         move |value| with_value(self.orbit.scene(), parameter, value / unit)
     }
 
-    /// Something at a point that is known.
-    pub(super) fn at(kind: SpecialKind, point: &Point, error: f64) -> Self {
+    /// A special point of a kind at a point of the branch.
+    pub(super) fn at(kind: SpecialKind, point: &AcceptedPoint, error: f64) -> Self {
         Self {
             kind,
             parameter: point.place.value,
@@ -136,19 +140,11 @@ impl Special {
     }
 }
 
-/// An impact is next to a time if it is no farther than this part of the period.
-const AT_IMPACT: f64 = 1e-3;
-/// A stop is reached at the instant of another's impact if it is so near to it, in parts of the period.
-const AT_ONCE: f64 = 1e-7;
-/// An impact of so small a part of the motion's speed has none left.
-const NO_SPEED: f64 = 1e-7;
-/// A speed that is rounding.
-const ROUNDED: f64 = 1e-12;
-
-/// What a boundary is next to a point, known to so much: by the rule that an orbit breaks on one side of it; with the unit of velocities.
+/// The boundary next to a point as a special point with an error, by the rule that an orbit breaks on one side of it; with the unit of
+/// velocities.
 pub(super) fn of_boundary(
     broken: &PeriodicOrbit,
-    at: &Point,
+    at: &AcceptedPoint,
     error: f64,
     speed: f64,
 ) -> Option<Special> {
@@ -160,13 +156,13 @@ pub(super) fn of_boundary(
     })
 }
 
-/// A boundary of motion.
+/// The kind of a boundary, by the rule of contact that is broken beyond it.
 pub(super) struct BreachKind {
     pub kind: SpecialKind,
     /// The stop that it is about, and when.
     pub stop: usize,
     pub time: f64,
-    /// Whether it is seen by the third power of what changes its sign there.
+    /// Whether the breach goes by the third power of the number that changes its sign there.
     pub is_by_cube: bool,
 }
 
@@ -186,10 +182,10 @@ pub(super) fn breach_kind(
     let kind = match rule {
         Rule::Pulls { .. } | Rule::Leaves { .. } | Rule::Touches { .. } => SpecialKind::LostImpact,
         Rule::Reached { .. } => SpecialKind::Corner,
-        // At the landing itself.
+        // At the landing itself the contact would pull at once.
         Rule::Holds { .. }
             if beside(kept, time).is_some_and(|(own, off)| {
-                own.stop == stop && own.departure == 0.0 && off <= AT_ONCE
+                own.stop == stop && own.departure == 0.0 && off <= REACHED_AT_IMPACT
             }) =>
         {
             SpecialKind::LandingBorder
@@ -198,13 +194,14 @@ pub(super) fn breach_kind(
         Rule::Passed => {
             let next_to = beside(kept, time);
             if let Some(impact) = at_rest(kept, broken, speed) {
-                // A stop is passed where an impact has no speed any more, or in other rounds of the motion that it leaves.
+                // A stop is passed where an impact has no speed any more, or in other rounds of the motion without it.
                 (stop, time) = (impact.stop, impact.time);
                 SpecialKind::LostImpact
             } else if next_to.is_some_and(|(own, _)| own.stop == stop && own.departure == 0.0) {
                 is_by_cube = true;
                 SpecialKind::LandingBorder
-            } else if next_to.is_some_and(|(own, off)| own.stop != stop && off <= AT_ONCE) {
+            } else if next_to.is_some_and(|(own, off)| own.stop != stop && off <= REACHED_AT_IMPACT)
+            {
                 SpecialKind::Corner
             } else {
                 SpecialKind::Graze
@@ -219,18 +216,19 @@ pub(super) fn breach_kind(
     })
 }
 
-/// The slowest impact of an orbit, if it has no speed left, and less on another.
+/// The slowest impact of an orbit, if it has no speed left and is slower on another orbit.
 fn at_rest<'a>(orbit: &'a PeriodicOrbit, other: &PeriodicOrbit, unit: f64) -> Option<&'a Impact> {
     let impacts = orbit.impacts().iter().zip(other.impacts());
     let slowest = impacts.min_by(|a, b| a.0.approach.total_cmp(&b.0.approach));
     let is_lost = |(own, there): &(&Impact, &Impact)| {
         let speed = own.approach;
-        speed <= ROUNDED * unit || speed <= NO_SPEED * unit && there.approach <= 0.5 * speed
+        speed <= ROUNDED_IMPACT_SPEED * unit
+            || speed <= LOST_IMPACT_SPEED * unit && there.approach <= 0.5 * speed
     };
     slowest.filter(is_lost).map(|(own, _)| own)
 }
 
-/// The impact of an orbit that is nearest to a time, if it is near, and how far it is, in parts of the period.
+/// The impact of an orbit nearest to a time, if it is near, and the difference of the times, in parts of the period \[-\].
 fn beside(orbit: &PeriodicOrbit, time: f64) -> Option<(&Impact, f64)> {
     let period = orbit.period();
     let off = |impact: &Impact| {
@@ -239,21 +237,21 @@ fn beside(orbit: &PeriodicOrbit, time: f64) -> Option<(&Impact, f64)> {
     };
     let each = orbit.impacts().iter().map(|impact| (impact, off(impact)));
     let nearest = each.min_by(|a, b| a.1.total_cmp(&b.1));
-    nearest.filter(|(_, off)| *off <= AT_IMPACT)
+    nearest.filter(|(_, off)| *off <= BREACH_AT_IMPACT)
 }
 
-/// What it is where an instant comes to the one before it, at the end of a branch.
+/// The boundary at which an instant coincides with the next one, at the end of a branch.
 pub(super) fn of_meeting(
-    family: &Family<'_>,
-    last: &Point,
+    problem: &BranchProblem<'_>,
+    last: &AcceptedPoint,
     (instant, error): (usize, f64),
 ) -> Special {
-    let stages = &family.signature.stages;
+    let stages = &problem.signature.stages;
     let count = stages.len();
     let (own, next) = (&stages[instant], &stages[(instant + 1) % count]);
-    // What an impact throws off a stop that was held comes back the sooner the slower it is: both come to nothing at once.
+    // A motion that an impact throws off a held stop comes back the sooner the slower the impact is: speed and flight vanish together.
     if let Event::Strike(stops) = &own.event
-        && family.is_hop(instant)
+        && problem.is_low_bounce(instant)
     {
         let times = &last.place.state.times;
         return Special {

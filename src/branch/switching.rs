@@ -1,44 +1,39 @@
-//! Other branches that meet a branch at a special point: an orbit of each nearby (theory 19).
+//! Branch switching: the other branches that meet a branch at a special point, an orbit of each nearby (theory 19, "Switching").
 
-use crate::branch::behind::behind;
+use crate::branch::beyond_boundary::orbit_beyond_boundary;
 use crate::branch::candidate::Candidate;
 use crate::branch::corrector::directions;
 use crate::branch::energy::energy_at;
-use crate::branch::family::Family;
-use crate::branch::instants::{period, turned};
-use crate::branch::landed::with_change;
-use crate::branch::lessened::with_less;
-use crate::branch::place::{Direction, Place};
-use crate::branch::risen::with_flight;
-use crate::branch::simulated::beyond;
+use crate::branch::landing::with_landing_change;
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::predictor::{StepTarget, step_to};
+use crate::branch::problem::BranchProblem;
+use crate::branch::reduced_motion::reduced_motion;
+use crate::branch::release_onset::with_flight;
+use crate::branch::shooting_nodes::{period, turned};
+use crate::branch::simulated::simulated_beyond;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::step::{Target, step_to};
-use crate::branch::touched::Touched;
+use crate::branch::touch::TouchingLoop;
 use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{Event, Signature, with_shooting};
+use crate::tolerance::{
+    ASIDE_LENGTH, BEYOND_BOUNDARY_DISTANCE, BORN_IMPACT_SPEED, BORN_IMPACT_STEP,
+    NEARER_BOUNDARY_FACTOR, PAST_CORNER_LENGTH, VANISHING_DURATION,
+};
 use nalgebra::{DMatrix, dvector};
 
-/// How far beside a branch an orbit of another is looked for at first, in its scaled unknowns, and how often half as far.
-const ASIDE: f64 = 0.01;
-const MOST_HALVINGS: usize = 12;
-/// The speed of an impact that is born, in the unit of velocities, and the step by which its growth is measured.
-const SLOW: f64 = 1e-3;
-const TRIED: f64 = 1e-5;
-/// The most periods from one impact that is born to the next.
-const MOST_ROUNDS: usize = 6;
-/// A stay or a flight of so small a part of the period is one that comes to nothing at a border.
-const LITTLE: f64 = 1e-3;
-/// How far from a boundary, in parts of the range, the orbit beyond is.
-const BEYOND: f64 = 1e-4;
-/// By what factor nearer it is looked for where it breaks a rule of contact there, and how often.
-const NEARER: f64 = 0.1;
-const MOST_NEARER: i32 = 3;
+/// Halvings of the distance from a branch at which an orbit of another is looked for. `[work]`
+const MOST_ASIDE_HALVINGS: usize = 12;
+/// Rounds of a motion in one of which an impact may be born, at the most. `[work]`
+const MOST_BORN_ROUNDS: usize = 6;
+/// Distances from a boundary at which an orbit is looked for, each nearer than the one before. `[work]`
+const MOST_NEARER_ORBITS: i32 = 3;
 
-/// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of twice
-/// the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a flight or a stay
-/// on a stop more or less where a contact comes or goes. None at a fold.
+/// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of
+/// twice the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a
+/// flight or a stay on a stop more or less where a contact comes or goes. None at a fold.
 ///
 /// `between` is the range of the branch. Of branches that are born at a graze most are not admissible, and say so; those that are come
 /// first. What is not found near the point is left out.
@@ -83,7 +78,7 @@ pub fn branches_of(
     make: &dyn Fn(f64) -> Result<Scene>,
     between: (f64, f64),
 ) -> Result<Vec<Candidate>> {
-    let mut begun = Family::around(&special.orbit, make, special.parameter, between)?;
+    let mut begun = BranchProblem::around(&special.orbit, make, special.parameter, between)?;
     if special.kind != SpecialKind::Pitchfork {
         begun = begun.0.by_pulses(begun.1)?;
     }
@@ -97,68 +92,72 @@ pub fn branches_of(
 pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Vec<Candidate>> {
     let (energetics, _) = energy_at(&special.orbit)?;
     let make = |_: f64| Ok(special.orbit.scene().clone());
-    let (family, place) = Family::around(&special.orbit, &make, special.parameter, between)?;
-    let family = Family {
+    let (problem, place) =
+        BranchProblem::around(&special.orbit, &make, special.parameter, between)?;
+    let problem = BranchProblem {
         energetics: Some(&energetics),
-        ..family
+        ..problem
     };
-    meeting(special, &(family, place))
+    meeting(special, &(problem, place))
 }
 
 /// The branches that meet a branch at a loop of its scenes.
-fn meeting(special: &Special, (family, place): &(Family<'_>, Place)) -> Result<Vec<Candidate>> {
+fn meeting(
+    special: &Special,
+    (problem, place): &(BranchProblem<'_>, ParametricLoop),
+) -> Result<Vec<Candidate>> {
     let mut found = match (special.kind, special.stop.zip(special.time)) {
-        // At the tip of a doubled branch the number does not change, in which no branch of one round turns.
+        // The parameter does not change along the tangent at the end of a doubled branch; it does on the branch of half the period.
         (SpecialKind::PeriodDoubling, _) if special.direction.iter().next_back() == Some(&0.0) => {
-            vec![Candidate::at(family, place, special.parameter)?]
+            vec![Candidate::at(problem, place, special.parameter)?]
         }
-        (SpecialKind::PeriodDoubling, _) => found_there(doubled(family, place))?,
-        (SpecialKind::Pitchfork, _) => match family.half(place)? {
+        (SpecialKind::PeriodDoubling, _) => found_there(doubled(problem, place))?,
+        (SpecialKind::Pitchfork, _) => match problem.half(place)? {
             Some((half, place)) => found_there(doubled(&half, &place))?,
             None => Vec::new(),
         },
-        (SpecialKind::BranchPoint, _) => crossed(family, place, special)?,
-        (SpecialKind::Graze, Some(touch)) => born(family, place, touch, None)?,
-        (SpecialKind::LostImpact, Some(touch)) => lost(family, place, touch)?,
+        (SpecialKind::BranchPoint, _) => crossed(problem, place, special)?,
+        (SpecialKind::Graze, Some(touch)) => born(problem, place, touch, None)?,
+        (SpecialKind::LostImpact, Some(touch)) => lost(problem, place, touch)?,
         (SpecialKind::Rise, Some(rise)) => {
-            let rebuilt = |there: &Place| with_flight(family, there, rise);
-            found_there(behind(family, place, special, &rebuilt))?
+            let rebuilt = |there: &ParametricLoop| with_flight(problem, there, rise);
+            found_there(orbit_beyond_boundary(problem, place, special, &rebuilt))?
         }
         (SpecialKind::LandingBorder, Some(landing)) => {
-            let rebuilt = |there: &Place| with_change(family, there, landing);
-            found_there(behind(family, place, special, &rebuilt))?
+            let rebuilt = |there: &ParametricLoop| with_landing_change(problem, there, landing);
+            found_there(orbit_beyond_boundary(problem, place, special, &rebuilt))?
         }
         (SpecialKind::LandingBorder | SpecialKind::ReleaseBorder, None) => {
-            // Where the border is known sharply its orbit has nothing that comes to nothing.
+            // Where the border is located, its orbit is the reduced motion already.
             let state = &place.state;
-            let nothing = LITTLE * period(state);
+            let nothing = VANISHING_DURATION * period(state);
             let is_little = |k: &usize| state.times[k + 1] - state.starts[*k] < nothing;
             let short = place.shortest_flight().filter(is_little);
-            let less = short.map_or(Ok(None), |k| with_less(family, place, k))?;
-            // On the near side too what it breaks is next to nothing.
+            let less = short.map_or(Ok(None), |k| reduced_motion(problem, place, k))?;
+            // On this side of the border too the rule that it breaks is broken by next to nothing.
             let ahead = special.direction[special.direction.len() - 1].signum();
             let other = match less {
                 Some((rest, at)) => beside(&rest, &at, ahead),
-                None => beside(family, place, ahead),
+                None => beside(problem, place, ahead),
             };
             found_there(other)?
         }
-        (SpecialKind::Corner, _) => found_there(swapped(family, place))?,
+        (SpecialKind::Corner, _) => found_there(swapped(problem, place))?,
         _ => Vec::new(),
     };
-    // Where none of these keeps the rules of contact beyond a boundary, the motion there says what it is.
+    // Where none of these keeps the rules of contact beyond a boundary, the motion there is simulated.
     let ahead = special.direction[special.direction.len() - 1];
     let goes_on =
         |own: &Candidate| own.is_above == (ahead > 0.0) && own.orbit.is_admissible() != Some(false);
     if special.kind.is_boundary() && !found.iter().any(goes_on) {
         let side = if ahead > 0.0 { 1.0 } else { -1.0 };
-        found.extend(found_there(beyond(family, place, side))?);
+        found.extend(found_there(simulated_beyond(problem, place, side))?);
     }
     found.sort_by_key(|own| own.orbit.is_admissible() == Some(false));
     Ok(found)
 }
 
-/// What was found, nothing where the way there leads out of what the number may be.
+/// The candidate that was found; none where the search leads to a value that the scene refuses.
 fn found_there(found: Result<Option<Candidate>>) -> Result<Vec<Candidate>> {
     match found {
         Err(Error::BadValue { .. }) => Ok(Vec::new()),
@@ -166,56 +165,62 @@ fn found_there(found: Result<Option<Candidate>>) -> Result<Vec<Candidate>> {
     }
 }
 
-/// The orbit of twice the period, along the deviation that comes back reversed; of half a motion the one that is not its mirror image.
-fn doubled(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
-    let by = &family.deviation(place, -1.0)?;
-    let (twice, at) = family.repeated(place, by, &[0.0, 0.0])?;
-    let moved = |aside: f64| Ok(family.repeated(place, by, &[aside, -aside])?.1);
+/// The orbit of twice the period, along the eigenvector of the multiplier -1; for half a period, the orbit that is not its own mirror image.
+fn doubled(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option<Candidate>> {
+    let by = &problem.deviation(place, -1.0)?;
+    let (twice, at) = problem.repeated(place, by, &[0.0, 0.0])?;
+    let moved = |aside: f64| Ok(problem.repeated(place, by, &[aside, -aside])?.1);
     found_aside(&twice, &at, &moved)
 }
 
-/// The branch that is crossed, which leaves the plane of both at right angles to the first one.
-fn crossed(family: &Family<'_>, place: &Place, special: &Special) -> Result<Vec<Candidate>> {
-    let own = Direction::of(&special.direction);
-    let is_half = own.loop_part.len() < family.n_unknowns(place);
-    let half = if is_half { family.half(place)? } else { None };
-    let (family, place) = half
+/// Orbits of the branch that is crossed, on both sides: at right angles to the tangent, in the plane of both tangents.
+fn crossed(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    special: &Special,
+) -> Result<Vec<Candidate>> {
+    let own = BranchDirection::of(&special.direction);
+    let is_half = own.loop_part.len() < problem.n_unknowns(place);
+    let half = if is_half { problem.half(place)? } else { None };
+    let (problem, place) = half
         .as_ref()
-        .map_or((family, place), |half| (&half.0, &half.1));
-    let equations = family.equations(place)?;
+        .map_or((problem, place), |half| (&half.0, &half.1));
+    let equations = problem.equations(place)?;
     let plane = rank::weakest(&equations.all_columns(), 2)?;
     let weight = own.row();
     let parts = plane.tr_mul(&weight);
-    // Across in the product of directions.
-    let across = Direction::of(&(&plane * dvector![-parts[1], parts[0]]));
+    // The direction in the plane that is orthogonal to the tangent.
+    let across = BranchDirection::of(&(&plane * dvector![-parts[1], parts[0]]));
     let across = across.scaled(1.0 / across.length());
     let mut found = Vec::new();
     for side in [1.0, -1.0] {
-        let moved = |aside: f64| family.moved(place, &equations, &across.scaled(side * aside));
-        found.extend(found_there(found_aside(family, place, &moved))?);
+        let moved = |aside: f64| problem.moved(place, &equations, &across.scaled(side * aside));
+        found.extend(found_there(found_aside(problem, place, &moved))?);
     }
     Ok(found)
 }
 
-/// The orbit of another branch that is so far from an orbit, less if there is none, in a direction.
+/// The orbit of another branch at some arclength from an orbit in a direction, at half of that and less if there is none.
 fn found_aside(
-    family: &Family<'_>,
-    at: &Place,
-    moved: &dyn Fn(f64) -> Result<Place>,
+    problem: &BranchProblem<'_>,
+    at: &ParametricLoop,
+    moved: &dyn Fn(f64) -> Result<ParametricLoop>,
 ) -> Result<Option<Candidate>> {
-    let mut aside = ASIDE;
-    for _ in 0..MOST_HALVINGS {
+    let mut aside = ASIDE_LENGTH;
+    for _ in 0..MOST_ASIDE_HALVINGS {
         let to = moved(aside)?;
-        let way = family.between(at, &to);
-        let length = way.length();
-        if let Ok(settled) = family.corrected(to.clone(), &way.scaled(1.0 / length))? {
-            let off = family.between(&to, &settled.place);
+        let chord = problem.between(at, &to);
+        let length = chord.length();
+        if let Ok(settled) = problem.corrected(to.clone(), &chord.scaled(1.0 / length))? {
+            let off = problem.between(&to, &settled.place);
             if off.length() < length {
-                let one = family.one_round(&settled.place)?;
-                let (family, place) = one
+                let one = problem.one_round(&settled.place)?;
+                let (problem, place) = one
                     .as_ref()
-                    .map_or((family, &settled.place), |(family, place)| (family, place));
-                return Candidate::at(family, place, at.value).map(Some);
+                    .map_or((problem, &settled.place), |(problem, place)| {
+                        (problem, place)
+                    });
+                return Candidate::at(problem, place, at.value).map(Some);
             }
         }
         aside *= 0.5;
@@ -223,37 +228,37 @@ fn found_aside(
     Ok(None)
 }
 
-/// The orbits with one impact more, on a stop that is touched, in some rounds of a loop; not that of so many periods and instants, which is the
-/// branch itself.
+/// The orbits with one impact more, on a stop that is touched, in one to six rounds of a loop; without that of the given numbers of periods
+/// and instants, which is the branch itself.
 fn born(
-    family: &Family<'_>,
-    place: &Place,
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
     touch: (usize, f64),
     but: Option<(usize, usize)>,
 ) -> Result<Vec<Candidate>> {
     let mut found = Vec::new();
-    let mut with_impact = |touched: &Touched<'_>| -> Result<()> {
+    let mut with_impact = |touched: &TouchingLoop<'_>| -> Result<()> {
         let Signature {
             stages, n_periods, ..
-        } = &touched.family.signature;
-        let halves = if touched.family.signature.images.is_some() {
+        } = &touched.problem.signature;
+        let halves = if touched.problem.signature.images.is_some() {
             2
         } else {
             1
         };
-        // What an impact throws off comes back at an instant more.
+        // A stop that the impact throws the motion off is landed on at one instant more.
         let count = stages.len() + touched.thrown.len();
         if but != Some((*n_periods, halves * count)) {
             found.extend(found_there(with_speed(touched))?);
         }
         Ok(())
     };
-    // A motion that is its own mirror image touches two stops, or one twice: it may go on hitting both.
-    if let Some((half, at)) = family.half(place)? {
+    // A motion that is its own mirror image touches two stops, or one twice: it may hit both beyond the graze.
+    if let Some((half, at)) = problem.half(place)? {
         with_impact(&half.with_touch(&at, half.in_half(&at, touch))?)?;
     }
-    for rounds in 1..=MOST_ROUNDS {
-        let (several, at) = family.repeated(place, &place.state, &vec![0.0; rounds])?;
+    for rounds in 1..=MOST_BORN_ROUNDS {
+        let (several, at) = problem.repeated(place, &place.state, &vec![0.0; rounds])?;
         with_impact(&several.with_touch(&at, touch)?)?;
     }
     Ok(found)
@@ -261,31 +266,31 @@ fn born(
 
 /// The orbit with an impact more in one round of a loop, on a stop that is touched.
 pub(super) fn born_at(
-    family: &Family<'_>,
-    place: &Place,
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
     touch: (usize, f64),
 ) -> Result<Vec<Candidate>> {
-    found_there(with_speed(&family.with_touch(place, touch)?))
+    found_there(with_speed(&problem.with_touch(place, touch)?))
 }
 
-/// The orbit near a loop on which an impact that has no speed there has some. What it throws off a stop that is held comes back to it.
-fn with_speed(touched: &Touched<'_>) -> Result<Option<Candidate>> {
-    let Touched {
-        family,
+/// The orbit near a loop on which the new impact has some speed. If that throws the motion off a held stop, the orbit lands on it again.
+fn with_speed(touched: &TouchingLoop<'_>) -> Result<Option<Candidate>> {
+    let TouchingLoop {
+        problem,
         place,
         instant,
         thrown,
     } = touched;
-    let Some(there) = sped_up(family, place, *instant)? else {
+    let Some(there) = sped_up(problem, place, *instant)? else {
         return Ok(None);
     };
     match thrown[..] {
-        [] => Candidate::at(family, &there, place.value).map(Some),
-        [stop] if family.signature.images.is_none() => {
-            let Some((other, at)) = family.left_at(&there, *instant, stop)? else {
+        [] => Candidate::at(problem, &there, place.value).map(Some),
+        [stop] if problem.signature.images.is_none() => {
+            let Some((other, at)) = problem.left_at(&there, *instant, stop)? else {
                 return Ok(None);
             };
-            let by_value = Direction::of_value(other.n_unknowns(&at));
+            let by_value = BranchDirection::of_value(other.n_unknowns(&at));
             match other.corrected(at, &by_value)? {
                 Ok(settled) => Candidate::at(&other, &settled.place, place.value).map(Some),
                 Err(_) => Ok(None),
@@ -295,20 +300,25 @@ fn with_speed(touched: &Touched<'_>) -> Result<Option<Candidate>> {
     }
 }
 
-/// The loop along its family at which an impact that has no speed has some.
-fn sped_up(family: &Family<'_>, place: &Place, instant: usize) -> Result<Option<Place>> {
-    let equations = family.equations(place)?;
+/// The loop along its branch at which the new impact has some speed.
+fn sped_up(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    instant: usize,
+) -> Result<Option<ParametricLoop>> {
+    let equations = problem.equations(place)?;
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
         return Ok(None);
     };
-    let tried = family.moved(place, &equations, &tangent.scaled(TRIED))?;
-    let growth = family.approach(&tried, instant)? - family.approach(place, instant)?;
-    let mut length = (SLOW * family.units.velocity / growth * TRIED).clamp(-ASIDE, ASIDE);
-    for _ in 0..MOST_HALVINGS {
+    let tried = problem.moved(place, &equations, &tangent.scaled(BORN_IMPACT_STEP))?;
+    let growth = problem.approach(&tried, instant)? - problem.approach(place, instant)?;
+    let mut length = (BORN_IMPACT_SPEED * problem.units.velocity / growth * BORN_IMPACT_STEP)
+        .clamp(-ASIDE_LENGTH, ASIDE_LENGTH);
+    for _ in 0..MOST_ASIDE_HALVINGS {
         let from = (place, &equations, tangent);
-        if let Ok(settled) = step_to(family, from, Target::Length(length))?
-            && family.approach(&settled.place, instant)? > 0.0
+        if let Ok(settled) = step_to(problem, from, StepTarget::Length(length))?
+            && problem.approach(&settled.place, instant)? > 0.0
         {
             return Ok(Some(settled.place));
         }
@@ -317,26 +327,30 @@ fn sped_up(family: &Family<'_>, place: &Place, instant: usize) -> Result<Option<
     Ok(None)
 }
 
-/// The orbit without an impact that has lost its speed, and the others that it meets there.
-fn lost(family: &Family<'_>, place: &Place, (stop, time): (usize, f64)) -> Result<Vec<Candidate>> {
+/// The orbit without an impact that has lost its speed, and the others that begin with the graze there.
+fn lost(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    (stop, time): (usize, f64),
+) -> Result<Vec<Candidate>> {
     let Signature {
         stages, n_periods, ..
-    } = &family.signature;
+    } = &problem.signature;
     let own = (*n_periods, stages.len());
     // A motion that is its own mirror image loses two impacts at once.
-    let half = family.half(place)?;
-    let (family, place, (stop, time)) = match &half {
+    let half = problem.half(place)?;
+    let (problem, place, (stop, time)) = match &half {
         Some((half, at)) => (half, at, half.in_half(at, (stop, time))),
-        None => (family, place, (stop, time)),
+        None => (problem, place, (stop, time)),
     };
-    let Some(instant) = family.instant_of(place, (stop, time)) else {
+    let Some(instant) = problem.instant_of(place, (stop, time)) else {
         return Ok(Vec::new());
     };
     let touch = (stop, place.state.times[instant]);
-    let Some((rest, at)) = family.without(place, instant)? else {
+    let Some((rest, at)) = problem.without(place, instant)? else {
         return Ok(Vec::new());
     };
-    let by_value = Direction::of_value(rest.n_unknowns(&at));
+    let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
     let Ok(settled) = rest.corrected(at, &by_value)? else {
         return Ok(Vec::new());
     };
@@ -351,22 +365,28 @@ fn lost(family: &Family<'_>, place: &Place, (stop, time): (usize, f64)) -> Resul
     Ok(found)
 }
 
-/// The orbit next to a boundary on the side on which it keeps the rules of contact, if on one; a side is looked at first.
-fn beside(family: &Family<'_>, place: &Place, first: f64) -> Result<Option<Candidate>> {
-    let by_value = Direction::of_value(family.n_unknowns(place));
-    let Ok(settled) = family.corrected(place.clone(), &by_value)? else {
+/// The orbit next to a boundary on the side on which it keeps the rules of contact, if on one; `first` is the sign of the side that is
+/// tried first.
+fn beside(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    first: f64,
+) -> Result<Option<Candidate>> {
+    let by_value = BranchDirection::of_value(problem.n_unknowns(place));
+    let Ok(settled) = problem.corrected(place.clone(), &by_value)? else {
         return Ok(None);
     };
     let mut found = None;
-    // Past a further boundary it breaks a rule that it keeps nearer to this one.
-    let near = (0..MOST_NEARER).flat_map(|k| [first, -first].map(|side| side * NEARER.powi(k)));
+    // Beyond a further boundary it breaks a rule that it keeps nearer to this one.
+    let near = (0..MOST_NEARER_ORBITS)
+        .flat_map(|k| [first, -first].map(|side| side * NEARER_BOUNDARY_FACTOR.powi(k)));
     for side in near {
-        let value = place.value + side * BEYOND * family.span();
+        let value = place.value + side * BEYOND_BOUNDARY_DISTANCE * problem.span();
         let from = (&settled.place, &settled.equations, &settled.tangent);
-        let Ok(there) = step_to(family, from, Target::Value(value))? else {
+        let Ok(there) = step_to(problem, from, StepTarget::Value(value))? else {
             continue;
         };
-        let own = Candidate::at(family, &there.place, place.value)?;
+        let own = Candidate::at(problem, &there.place, place.value)?;
         if own.orbit.is_admissible() != Some(false) {
             return Ok(Some(own));
         }
@@ -375,26 +395,30 @@ fn beside(family: &Family<'_>, place: &Place, first: f64) -> Result<Option<Candi
     Ok(found)
 }
 
-/// The orbit beyond a corner that hits its two stops in the other order; where the order matters there mostly is none.
-fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
+/// The orbit beyond a corner that hits its two stops in the other order; where the impacts do not commute there mostly is none.
+fn swapped(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option<Candidate>> {
     let Some(first) = place.shortest_flight() else {
         return Ok(None);
     };
     let count = place.state.states.len();
-    let length = |place: &Place| place.state.times[first + 1] - place.state.times[first];
-    let equations = family.equations(place)?;
+    let length = |place: &ParametricLoop| place.state.times[first + 1] - place.state.times[first];
+    let equations = problem.equations(place)?;
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
         return Ok(None);
     };
-    // On past the corner, where the first of the two would come behind the second.
-    let later = family.moved(place, &equations, &tangent.scaled(TRIED))?;
+    // Past the corner, where the first of the two impacts would come after the second.
+    let later = problem.moved(place, &equations, &tangent.scaled(BORN_IMPACT_STEP))?;
     let grows = length(&later) > length(place);
-    let ahead = if grows { -BEYOND } else { BEYOND };
-    let past = family.moved(place, &equations, &tangent.scaled(ahead))?;
+    let ahead = if grows {
+        -PAST_CORNER_LENGTH
+    } else {
+        PAST_CORNER_LENGTH
+    };
+    let past = problem.moved(place, &equations, &tangent.scaled(ahead))?;
     let whole = period(&past.state);
-    let mut instants = turned(family.instants(&past.state), first, whole);
-    // What an impact does to stops that are held is not the same in the other order: there the motion itself is asked.
+    let mut instants = turned(problem.instants(&past.state), first, whole);
+    // The order of two impacts matters to stops that are held: there the motion is simulated instead.
     if instants
         .iter()
         .take(2)
@@ -408,8 +432,8 @@ fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
     instants.swap(0, 1);
     let flown = instants.last().cloned().filter(|_| count > 2);
     let before = flown.unwrap_or_else(|| instants[0].clone()).later(-whole);
-    let scene = family.scene(past.value)?;
-    with_shooting(&scene, &family.signature, |shooting, _| {
+    let scene = problem.scene(past.value)?;
+    with_shooting(&scene, &problem.signature, |shooting, _| {
         let mut from = before;
         for own in &mut instants[..2] {
             let Event::Strike(stops) = own.stage.event.clone() else {
@@ -425,14 +449,14 @@ fn swapped(family: &Family<'_>, place: &Place) -> Result<Option<Candidate>> {
         }
         Ok(())
     })?;
-    let n_periods = family.signature.n_periods;
-    let (other, at) = family.with_instants(past.value, instants, (whole, n_periods))?;
-    let by_value = Direction::of_value(other.n_unknowns(&at));
+    let n_periods = problem.signature.n_periods;
+    let (other, at) = problem.with_instants(past.value, instants, (whole, n_periods))?;
+    let by_value = BranchDirection::of_value(other.n_unknowns(&at));
     let Ok(settled) = other.corrected(at.clone(), &by_value)? else {
         return Ok(None);
     };
     let off = other.between(&at, &settled.place);
-    if off.length() > ASIDE {
+    if off.length() > ASIDE_LENGTH {
         return Ok(None);
     }
     Candidate::at(&other, &settled.place, place.value).map(Some)

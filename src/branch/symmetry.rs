@@ -1,25 +1,25 @@
-//! Motions that are their own mirror images half a period later: half of one, that closes with its image, and the whole of a half
-//! (theory 19, "Symmetry").
+//! Motions that are their own mirror images half a period later, `q(t + T/2) = -q(t)`: the loop of half a period, which closes with its
+//! image, and the whole one (theory 19, "Symmetry").
 
-use crate::branch::family::Family;
-use crate::branch::instants::period;
-use crate::branch::place::Place;
+use crate::branch::parametric_loop::ParametricLoop;
+use crate::branch::problem::BranchProblem;
+use crate::branch::shooting_nodes::period;
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{Signature, images, with_shooting};
 use crate::tolerance::SAME_ROUND;
 
-impl Family<'_> {
-    /// Of each stop its mirror image in a scene, where that is odd.
-    pub fn images_in(&self, scene: &Scene, place: &Place) -> Result<Option<Vec<usize>>> {
+impl BranchProblem<'_> {
+    /// The mirror image of each stop in a scene, where that is odd.
+    pub fn images_in(&self, scene: &Scene, place: &ParametricLoop) -> Result<Option<Vec<usize>>> {
         let units = &self.units_in(scene);
         with_shooting(scene, &self.signature, |shooting, _| {
             images(shooting.motion, scene, units, &place.state)
         })
     }
 
-    /// Half of a loop that is its own mirror image half a period later, in scenes that stay odd near its value.
-    pub fn half(&self, place: &Place) -> Result<Option<(Self, Place)>> {
+    /// The loop of half a period, if the motion is its own mirror image and the scenes near its value are odd; and its problem.
+    pub fn half(&self, place: &ParametricLoop) -> Result<Option<(Self, ParametricLoop)>> {
         if self.has_pulses {
             return Ok(None);
         }
@@ -36,7 +36,7 @@ impl Family<'_> {
         let mut images = None;
         for value in [place.value, place.value + step, place.value - step] {
             let scene = match self.scene(value) {
-                // The number may not take a value beside its own.
+                // The scene refuses a value next to that of the loop.
                 Err(Error::BadValue { .. }) => continue,
                 scene => scene?,
             };
@@ -54,14 +54,14 @@ impl Family<'_> {
         }
         let instants = self.instants(&place.state)[..own].to_vec();
         let length = (0.5 * period(&place.state), *n_periods);
-        let (mut family, half) = self.with_instants(place.value, instants, length)?;
-        family.signature.images = Some(images);
-        let closes = family.mismatch(&half)? <= SAME_ROUND;
-        Ok(closes.then_some((family, half)))
+        let (mut problem, half) = self.with_instants(place.value, instants, length)?;
+        problem.signature.images = Some(images);
+        let closes = problem.mismatch(&half)? <= SAME_ROUND;
+        Ok(closes.then_some((problem, half)))
     }
 
-    /// A touch of a whole loop as one of its half.
-    pub fn in_half(&self, place: &Place, (stop, time): (usize, f64)) -> (usize, f64) {
+    /// A touch (stop, time) of the whole loop as one of the loop of half a period.
+    pub fn in_half(&self, place: &ParametricLoop, (stop, time): (usize, f64)) -> (usize, f64) {
         let (first, half) = (place.state.times[0], period(&place.state));
         let late = (time - first).rem_euclid(2.0 * half);
         match &self.signature.images {
@@ -70,8 +70,8 @@ impl Family<'_> {
         }
     }
 
-    /// The whole loop of a half.
-    pub fn whole(&self, place: &Place) -> Result<(Self, Place)> {
+    /// The loop of the whole period, and its problem.
+    pub fn whole(&self, place: &ParametricLoop) -> Result<(Self, ParametricLoop)> {
         self.repeated(place, &place.state, &[0.0, 0.0])
     }
 }

@@ -9,13 +9,13 @@ pub(crate) struct Bracket {
     pub closed: f64,
     /// One at which it is provably below zero; infinite where none is known.
     pub passed: f64,
-    /// The gap that is none: what rounding left below zero where the flight began on the stop, zero elsewhere.
+    /// The gap that counts as zero: the rounding below zero of a flight that began on the stop, zero elsewhere.
     pub floor: f64,
 }
 
 impl Bracket {
-    /// What is known at the start of a flight from a gap with a root of some order there: before it nothing is. A flight may rise
-    /// by less than rounding left its start below zero.
+    /// The bracket at the start of a flight, from a gap with a root of some order there, zero for an open gap. A flight may rise by less
+    /// than rounding left its start below zero.
     pub fn start(gap: f64, order: usize) -> Self {
         Self {
             open: 0.0,
@@ -25,7 +25,7 @@ impl Bracket {
         }
     }
 
-    /// Takes note of a gap at a later time.
+    /// Includes a gap at a later time.
     #[inline]
     pub fn note(&mut self, time: f64, gap: f64) {
         if gap > self.floor {
@@ -35,7 +35,7 @@ impl Bracket {
         }
     }
 
-    /// Takes note of a gap at a time inside.
+    /// Narrows the bracket by a gap at a time inside.
     pub fn narrow(&mut self, time: f64, gap: f64) {
         if gap > self.floor {
             self.open = time;

@@ -3,30 +3,24 @@
 //! With `|g''| <= B` over a width from x on, `g(x + s) >= g + g' s - B s^2/2`: up to where that falls to the floor, minus the
 //! tolerance, the step provably holds no contact deeper than it. And where `g + g' s + B s^2/2` comes as far below zero before
 //! `g' + B s` is none, the gap provably falls through zero once. The pieces between shrink, as Newton's steps do, towards a place
-//! where the stop is crossed. Of several stops that is searched on whose next piece ends first: nothing is asked of a gap behind the
-//! first contact with another, where it may mean nothing.
+//! where the stop is crossed. Of several stops the one whose next piece ends first is searched next: no gap is evaluated beyond the first
+//! contact with another stop, where it may not be defined. Places are parts of the step, from 0 to 1.
 
-use crate::contact::curvature::{BoundedGap, Place};
+use crate::contact::curvature::{BoundedGap, GapPoint};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::step_path::StepPath;
 use crate::error::Result;
+use crate::tolerance::{NEAR_MINIMUM_TOLERANCES, PASSED_TOLERANCE_PART, SHORTEST_PIECE};
 use std::fmt;
 
-/// Places looked at in one search, of which a touch needs some hundreds.
-const MOST_PLACES: usize = 1 << 14;
-/// A piece that is no longer than this part of what is left leads nowhere.
-const SHORTEST: f64 = 1e-12;
-/// Halvings of one bracket, secants among them.
-const MOST_POLISHES: usize = 100;
-/// A minimum between two places is looked at where one is no more tolerances than these above zero: no piece leads across a minimum
-/// from higher up.
-const NEAR: f64 = 10.0;
-/// Parts of the tolerance below zero at which a gap that has not opened has been passed: all of it is a limit of the pieces.
-const PASSED: f64 = 0.5;
+/// Evaluations of a gap in one search, of which a touch needs some hundreds. [work]
+const MOST_SEARCH_POINTS: usize = 1 << 14;
+/// Evaluations that narrow one bracket, by Newton's or secant steps or by halving it. [work]
+const MOST_CERTIFIED_POLISHES: usize = 100;
 
 /// Why a search could not be certified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Doubt {
+pub(crate) enum SearchFailure {
     /// It came to no end.
     Endless,
     /// It would take too many places.
@@ -37,7 +31,7 @@ pub(crate) enum Doubt {
     Jumps,
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for SearchFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Endless => {
@@ -56,17 +50,17 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// How many places searches have looked at along the gap of one stop, and how many they had needed with the least bound that holds.
+/// The number of evaluations of the gap of one stop, and the number that the smallest valid bound on its curvature would have needed.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Effort {
+pub(crate) struct SearchCost {
     pub places: usize,
-    /// A piece is as long as the root of its room by the bound, so that each is this part of one: the root of what the gap bends by
-    /// beside what it might.
+    /// A piece is as long as the root of its room over the bound, so that each evaluation counts as this part of one: the root of how much
+    /// the gap bends over how much the bound allows.
     pub needed: f64,
 }
 
-impl Effort {
-    /// Both together.
+impl SearchCost {
+    /// The sum of both.
     pub fn with(self, other: Self) -> Self {
         Self {
             places: self.places + other.places,
@@ -74,7 +68,7 @@ impl Effort {
         }
     }
 
-    /// How many times as many places as needed.
+    /// The ratio of the evaluations to those needed.
     pub fn excess(self) -> f64 {
         self.places as f64 / self.needed
     }
@@ -83,12 +77,12 @@ impl Effort {
 /// What a search found.
 #[derive(Debug, Clone)]
 pub(crate) struct Certified {
-    /// The first contact, by the places of the gaps in their list; undecided where no piece could be proved.
+    /// The first contact, its stop being the index of the gap in the list; undecided where no piece could be proved.
     pub first: FirstEvent,
-    /// Why that could not be certified; of a minimum too near to zero nothing.
-    pub doubt: Option<Doubt>,
-    /// What it took along each of the gaps.
-    pub efforts: Vec<Effort>,
+    /// Why it could not be certified, if so; none where a minimum is too near to zero.
+    pub doubt: Option<SearchFailure>,
+    /// The cost along each of the gaps.
+    pub costs: Vec<SearchCost>,
 }
 
 /// A touch along a step.
@@ -110,29 +104,29 @@ pub(crate) fn first_contact(
     mut until: f64,
     touches: &mut Vec<StepTouch>,
 ) -> Result<Certified> {
-    let searches = gaps.iter().map(|gap| Search::new(gap, path));
+    let searches = gaps.iter().map(|gap| GapSearch::new(gap, path));
     let mut searches = searches.collect::<Result<Vec<_>>>()?;
     let mut found = Certified {
         first: FirstEvent::NONE,
         doubt: None,
-        efforts: Vec::new(),
+        costs: Vec::new(),
     };
     loop {
         let open = searches.iter_mut().enumerate();
         let open = open.filter(|(_, search)| search.here.x < until);
         let least = open.min_by(|(_, a), (_, b)| a.reach().total_cmp(&b.reach()));
         let Some((gap, search)) = least else {
-            found.efforts = searches.iter().map(|search| search.effort).collect();
+            found.costs = searches.iter().map(|search| search.cost).collect();
             return Ok(found);
         };
         let (root, doubt) = match search.go_on(until)? {
-            Ahead::Clear => continue,
-            Ahead::Touch { x, depth } => {
+            PieceOutcome::Clear => continue,
+            PieceOutcome::Touch { x, depth } => {
                 touches.push(StepTouch { gap, x, depth });
                 continue;
             }
-            Ahead::Root(root) => (root, None),
-            Ahead::Lost(doubt) => {
+            PieceOutcome::Root(root) => (root, None),
+            PieceOutcome::Lost(doubt) => {
                 let at = search.here.x;
                 (FirstRoot::Undecided { at }, Some(doubt))
             }
@@ -145,7 +139,7 @@ pub(crate) fn first_contact(
     }
 }
 
-/// What comes next of a search.
+/// The next move of a search.
 #[derive(Clone, Copy)]
 enum Plan {
     /// A piece up to a place that is proved, with a bound on how the gap bends there.
@@ -159,35 +153,35 @@ enum Plan {
     },
     /// It begins a little below zero, and falls.
     Falls,
-    Lost(Doubt),
+    Lost(SearchFailure),
 }
 
-/// What a piece holds.
-enum Ahead {
+/// What the search found on a piece.
+enum PieceOutcome {
     Clear,
     Touch { x: f64, depth: f64 },
     Root(FirstRoot),
-    Lost(Doubt),
+    Lost(SearchFailure),
 }
 
 /// The search on one gap.
-struct Search<'a> {
+struct GapSearch<'a> {
     of: &'a BoundedGap<'a>,
     path: &'a StepPath,
     /// The place up to which it is proved.
-    here: Place,
+    here: GapPoint,
     plan: Plan,
-    /// How far a piece is tried.
+    /// The width of the next piece to be tried.
     width: f64,
     /// Whether the gap has opened, and the last place at which it was.
     is_open: bool,
     open: f64,
     /// How deep the start is, if it is below zero: nothing is proved above it.
     depth: f64,
-    effort: Effort,
+    cost: SearchCost,
 }
 
-impl<'a> Search<'a> {
+impl<'a> GapSearch<'a> {
     fn new(of: &'a BoundedGap<'a>, path: &'a StepPath) -> Result<Self> {
         let mut here = of.at(path, 0.0)?;
         if of.order > 0 {
@@ -205,7 +199,7 @@ impl<'a> Search<'a> {
             depth: (-here.gap).max(0.0),
             here,
             // The start is looked at, and another place at the least.
-            effort: Effort {
+            cost: SearchCost {
                 places: 1,
                 needed: 2.0,
             },
@@ -216,7 +210,7 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
-    /// The farthest place that is looked at next.
+    /// The farthest place of the next evaluation.
     fn reach(&self) -> f64 {
         match self.plan {
             Plan::Piece { to, .. } => to,
@@ -225,9 +219,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What can be said of what lies ahead, no farther than to a part of the step.
+    /// The next move, no farther than to a part of the step.
     fn planned(&self, until: f64) -> Plan {
-        let Place {
+        let GapPoint {
             x,
             gap,
             slope,
@@ -252,11 +246,11 @@ impl<'a> Search<'a> {
                 let to = if width >= left { until } else { x + width };
                 return Plan::Piece { to, bend };
             }
-            if s.is_nan() || x + s == x || s < SHORTEST * left {
-                return Plan::Lost(Doubt::Endless);
+            if s.is_nan() || x + s == x || s < SHORTEST_PIECE * left {
+                return Plan::Lost(SearchFailure::Endless);
             }
-            if self.effort.places > MOST_PLACES {
-                return Plan::Lost(Doubt::Long);
+            if self.cost.places > MOST_SEARCH_POINTS {
+                return Plan::Lost(SearchFailure::Long);
             }
             if s >= 0.5 * width {
                 return Plan::Piece { to: x + s, bend };
@@ -265,36 +259,36 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Does what comes next, no farther than to a part of the step.
-    fn go_on(&mut self, until: f64) -> Result<Ahead> {
+    /// Makes the next move, no farther than to a part of the step.
+    fn go_on(&mut self, until: f64) -> Result<PieceOutcome> {
         let (to, bend) = match self.plan {
             Plan::Piece { to, bend } => (to.min(until), bend),
             Plan::Crossing { passed } if passed <= until => {
-                return Ok(Ahead::Root(self.crossing(self.here.x, passed)?));
+                return Ok(PieceOutcome::Root(self.crossing(self.here.x, passed)?));
             }
             Plan::Crossing { .. } => {
                 self.plan = self.planned(until);
-                return Ok(Ahead::Clear);
+                return Ok(PieceOutcome::Clear);
             }
             Plan::Falls => {
                 let root = FirstRoot::Crossing {
                     at: 0.0,
                     passed: until,
                 };
-                return Ok(Ahead::Root(root));
+                return Ok(PieceOutcome::Root(root));
             }
-            Plan::Lost(doubt) => return Ok(Ahead::Lost(doubt)),
+            Plan::Lost(doubt) => return Ok(PieceOutcome::Lost(doubt)),
         };
-        self.effort.places += 1;
+        self.cost.places += 1;
         let next = self.of.at(self.path, to)?;
         let s = to - self.here.x;
         let miss = (next.gap - self.here.gap - self.here.slope * s).abs();
         let (most, known) = (0.5 * bend * s * s, self.here.tolerance + next.tolerance);
         if miss > most + known {
-            return Ok(Ahead::Lost(Doubt::Bends));
+            return Ok(PieceOutcome::Lost(SearchFailure::Bends));
         }
         // Near zero the tolerance makes pieces short, whatever the bound.
-        self.effort.needed += if most > known {
+        self.cost.needed += if most > known {
             ((miss - known).max(0.0) / most).sqrt()
         } else {
             1.0
@@ -304,30 +298,30 @@ impl<'a> Search<'a> {
             (self.is_open, self.open, self.depth) = (true, next.x, 0.0);
         }
         (self.here, self.width) = (next, 2.0 * s);
-        if !matches!(ahead, Ahead::Root(_)) && self.here.x < until {
+        if !matches!(ahead, PieceOutcome::Root(_)) && self.here.x < until {
             self.plan = self.planned(until);
         }
         Ok(ahead)
     }
 
-    /// What the piece up to a place holds that is no deeper than the tolerance, or ends deeper.
-    fn judge(&self, next: &Place) -> Result<Ahead> {
+    /// What is on the piece up to a place: a crossing where the gap ends below the tolerance, a minimum near zero, or nothing.
+    fn judge(&self, next: &GapPoint) -> Result<PieceOutcome> {
         let here = &self.here;
         // A gap that has not opened yet is zero but for the tolerance.
         let deep = if self.is_open {
             next.doubt
         } else {
-            PASSED * next.tolerance + self.depth
+            PASSED_TOLERANCE_PART * next.tolerance + self.depth
         };
         if next.gap < -deep && next.slope <= 0.0 {
-            return Ok(Ahead::Root(self.crossing(self.open, next.x)?));
+            return Ok(PieceOutcome::Root(self.crossing(self.open, next.x)?));
         }
         let turns = here.slope < 0.0 && next.slope > 0.0;
         let least = here.gap.min(next.gap);
-        if !(turns && self.is_open && least <= NEAR * next.tolerance) {
-            return Ok(Ahead::Clear);
+        if !(turns && self.is_open && least <= NEAR_MINIMUM_TOLERANCES * next.tolerance) {
+            return Ok(PieceOutcome::Clear);
         }
-        let Place {
+        let GapPoint {
             x,
             gap,
             rounding,
@@ -335,13 +329,13 @@ impl<'a> Search<'a> {
             ..
         } = self.lowest(here.x, next.x)?;
         Ok(if gap.abs() <= doubt && doubt > 1.5 * rounding {
-            Ahead::Root(FirstRoot::Undecided { at: x })
+            PieceOutcome::Root(FirstRoot::Undecided { at: x })
         } else if gap < -rounding {
-            Ahead::Root(self.crossing(self.open, x)?)
+            PieceOutcome::Root(self.crossing(self.open, x)?)
         } else if gap <= rounding {
-            Ahead::Touch { x, depth: -gap }
+            PieceOutcome::Touch { x, depth: -gap }
         } else {
-            Ahead::Clear
+            PieceOutcome::Clear
         })
     }
 
@@ -350,7 +344,7 @@ impl<'a> Search<'a> {
     fn crossing(&self, mut open: f64, passed: f64) -> Result<FirstRoot> {
         let mut closed = passed;
         let mut x = 0.5 * (open + closed);
-        for _ in 0..MOST_POLISHES {
+        for _ in 0..MOST_CERTIFIED_POLISHES {
             let there = self.of.at(self.path, x)?;
             if there.gap > 0.0 {
                 open = x;
@@ -374,10 +368,10 @@ impl<'a> Search<'a> {
     }
 
     /// The lowest place between one at which the gap falls and one at which it rises.
-    fn lowest(&self, mut falls: f64, mut rises: f64) -> Result<Place> {
+    fn lowest(&self, mut falls: f64, mut rises: f64) -> Result<GapPoint> {
         let mut slopes = [self.here.slope, f64::NAN];
         let mut place = self.of.at(self.path, 0.5 * (falls + rises))?;
-        for _ in 0..MOST_POLISHES {
+        for _ in 0..MOST_CERTIFIED_POLISHES {
             if place.slope < 0.0 {
                 (falls, slopes[0]) = (place.x, place.slope);
             } else {
@@ -532,7 +526,7 @@ mod tests {
         let search = |rod: &Contact, unit: f64, error: f64| {
             let path = [vec![2.0 * unit, -4.0 * unit], vec![1.0, 3.0, 15.0]];
             let (found, _) = searched(&[(rod, 0)], path, error);
-            (root(&found).0, found.efforts[0])
+            (root(&found).0, found.costs[0])
         };
         let (at, known) = search(&rod(), 1.0, 0.0);
         let (there, found) = search(&small, 1e-9, 0.0);
@@ -566,7 +560,7 @@ mod tests {
         let [close, far] = [&plane, &loose].map(|gap| {
             let (found, _) = searched(&[(gap, 0)], path(), 0.0);
             assert_eq!((found.first.root, found.doubt), (FirstRoot::None, None));
-            found.efforts[0]
+            found.costs[0]
         });
         assert!(close.excess() < 4.0, "{close:?}");
         // A thousand times as many, and as many needed.
@@ -690,11 +684,11 @@ mod tests {
             10.0,
         );
         for (gap, doubt) in [
-            (&wrong, Doubt::Bends),
-            (&jump, Doubt::Bends),
+            (&wrong, SearchFailure::Bends),
+            (&jump, SearchFailure::Bends),
             (
                 &contact(|q| q[1] + q[0] * q[0], |q| [2.0 * q[0], 1.0], 1e20),
-                Doubt::Long,
+                SearchFailure::Long,
             ),
         ] {
             let (found, _) = searched(&[(gap, 0)], line(), 0.0);

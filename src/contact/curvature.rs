@@ -7,7 +7,7 @@
 //! `|g''| = |grad h.q'' + q'.(hess h) q'| <= N + K V (w A + V) =: B`,
 //!
 //! plus a bound on that of the own motion of the stop, if it moves. N is a bound on one polynomial: coordinates that the gap does not
-//! depend on have no say in it, nor has the unit of others, such as lengths beside angles. In V and A they are of one unit, as they are
+//! depend on do not enter it, and it is the same whatever the units of the others, such as lengths beside angles. In V and A they are of one unit, as they are
 //! in the norm that K bounds. A plane has K = 0; the walls of a pendulum have the length of their longest link. Of a nonlinear stop K is
 //! what its maker says; that every value of the gap agrees with it is looked at.
 
@@ -15,12 +15,9 @@ use crate::contact::step_path::{Expansion, StepPath, derivative_bounds};
 use crate::error::Result;
 use crate::flow::steps::Tolerance;
 use crate::model::{Contact, Moment};
-use crate::tolerance::{GAP_ROUNDING, TERM_ROUNDINGS};
+use crate::tolerance::{GAP_KNOWN_ROUNDINGS, GAP_ROUNDING, TERM_ROUNDINGS};
 
-/// A gap is known to no less than so many roundings of its terms along the step.
-const MOST_ROUNDED: f64 = 4.0;
-
-/// What an error of the state as large as its tolerance is to a gap.
+/// The error of a gap for an error of the state as large as its tolerance \[m\].
 #[inline]
 pub(crate) fn gap_tolerance(tolerance: Tolerance, (steepness, size): (f64, f64)) -> f64 {
     tolerance.absolute * steepness + tolerance.relative.max(GAP_ROUNDING) * size
@@ -39,18 +36,18 @@ pub(crate) struct BoundedGap<'a> {
     pub begun: Moment,
     pub h: f64,
     pub tolerance: Tolerance,
-    /// What is known of the gap at the most, whatever the rounding of its terms.
+    /// The smallest error that the gap is known to, whatever the rounding of its terms.
     pub known: f64,
 }
 
 /// A gap at a place of the step.
 #[derive(Debug, Clone)]
-pub(crate) struct Place {
+pub(crate) struct GapPoint {
     pub x: f64,
     pub gap: f64,
     /// By parts of the step.
     pub slope: f64,
-    /// The rounding of its terms, with that what the motion may be off the true one there, and with that the tolerance.
+    /// The rounding of its terms; that plus the error of the path there; that plus the tolerance.
     pub rounding: f64,
     pub doubt: f64,
     pub tolerance: f64,
@@ -61,7 +58,7 @@ pub(crate) struct Place {
 
 impl BoundedGap<'_> {
     /// The gap at a place of a motion.
-    pub fn at(&self, path: &StepPath, x: f64) -> Result<Place> {
+    pub fn at(&self, path: &StepPath, x: f64) -> Result<GapPoint> {
         let motion = path.about(x);
         let q = motion.position();
         let surface = &self.contact.surface;
@@ -82,20 +79,20 @@ impl BoundedGap<'_> {
         let rounding = self.known.max(TERM_ROUNDINGS * terms);
         let tolerance = gap_tolerance(self.tolerance, (normal.lp_norm(1), size));
         let doubt = rounding + path.error_at(x, normal.as_slice());
-        Ok(Place {
+        Ok(GapPoint {
             x,
             gap: gap + moved - self.departed,
             slope,
             rounding,
             doubt,
-            tolerance: tolerance.max(MOST_ROUNDED * rounding) + doubt,
+            tolerance: tolerance.max(GAP_KNOWN_ROUNDINGS * rounding) + doubt,
             motion,
             approach,
         })
     }
 
     /// A bound on the size of the second derivative by parts of the step, over a width from a place on.
-    pub fn bend(&self, place: &Place, width: f64) -> f64 {
+    pub fn bend(&self, place: &GapPoint, width: f64) -> f64 {
         let [_, straight] = derivative_bounds(&place.approach, width);
         let [speed, bend] = place.motion.bounds(width);
         let curved = self.curvature * speed * (width * bend + speed);

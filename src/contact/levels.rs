@@ -1,18 +1,19 @@
 //! Steps along a flight that are halves and doubles of one step, so that their propagators are made once and kept (theory 8).
 
 use crate::flow::LinearFlow;
-use crate::flow::looks::Stride;
+use crate::flow::samples::Stride;
 use crate::modal::Pair;
 use std::cell::OnceCell;
 
-/// Halvings from the longest step to such a one that the exponent of a double has room for.
-const MOST_BETWEEN: f64 = 900.0;
-/// Doublings of a flow's longest step, where its bounds hold for ever: a slow body crosses a wide room in few steps.
-const DOUBLINGS: usize = 60;
-/// Halvings of a step over which the fastest motion changes as a whole, after which there are no digits left to halve.
-const HALVINGS: usize = 52;
-/// Places of levels for which there is room from the start.
-const USUAL_PLACES: usize = 24;
+/// Halvings from the longest step to the shortest that the fastest motion asks for, at the most: with the others they keep the exponent of
+/// a step within that of a double. [exact]
+const MOST_LEVELS_BETWEEN: f64 = 900.0;
+/// Doublings of a flow's longest step, where its bounds hold for ever: a slow body crosses a wide room in few steps. [work]
+const LEVEL_DOUBLINGS: usize = 60;
+/// Halvings of a step over which the fastest motion changes as a whole: the digits of a double. [exact]
+const LEVEL_HALVINGS: usize = 52;
+/// Levels for which there is room from the start. [work]
+const USUAL_LEVELS: usize = 24;
 
 /// Propagators for steps of a level, each half the one before, made when first asked for.
 pub(crate) struct PropagatorLevels<F: LinearFlow> {
@@ -39,17 +40,21 @@ impl<F: LinearFlow> PropagatorLevels<F> {
         let longest = flow.longest_step();
         // The longest step is as long as the slowest motion allows; the fastest needs short ones.
         let between = (longest * flow.fastest_rate()).log2().ceil();
-        let between = between.clamp(0.0, MOST_BETWEEN) as usize;
+        let between = between.clamp(0.0, MOST_LEVELS_BETWEEN) as usize;
         Self {
             longest,
-            top: if flow.holds_for_ever() { 0 } else { DOUBLINGS },
-            deepest: DOUBLINGS + between + HALVINGS,
-            made: Vec::with_capacity(USUAL_PLACES),
+            top: if flow.holds_for_ever() {
+                0
+            } else {
+                LEVEL_DOUBLINGS
+            },
+            deepest: LEVEL_DOUBLINGS + between + LEVEL_HALVINGS,
+            made: Vec::with_capacity(USUAL_LEVELS),
         }
     }
 
-    /// The level of the flow's longest step.
-    pub const START: usize = DOUBLINGS;
+    /// The level of the flow's longest step. [exact]
+    pub const START: usize = LEVEL_DOUBLINGS;
 
     /// The level of the next longer step, the same where there is none.
     #[inline]
@@ -66,7 +71,7 @@ impl<F: LinearFlow> PropagatorLevels<F> {
     /// The first level whose step does not exceed a span.
     pub fn level_below(&self, span: f64) -> usize {
         let halvings = (self.longest / span).log2().ceil();
-        let level = (DOUBLINGS as f64 + halvings).max(self.top as f64);
+        let level = (LEVEL_DOUBLINGS as f64 + halvings).max(self.top as f64);
         if level < self.deepest as f64 {
             level as usize
         } else {
@@ -122,10 +127,10 @@ impl<F: LinearFlow> PropagatorLevels<F> {
 /// Where a level is kept: from the longest step on, the shorter and the longer ones in turn.
 #[inline]
 fn place_of(level: usize) -> usize {
-    if level >= DOUBLINGS {
-        2 * (level - DOUBLINGS)
+    if level >= LEVEL_DOUBLINGS {
+        2 * (level - LEVEL_DOUBLINGS)
     } else {
-        2 * (DOUBLINGS - 1 - level) + 1
+        2 * (LEVEL_DOUBLINGS - 1 - level) + 1
     }
 }
 
@@ -133,7 +138,7 @@ fn place_of(level: usize) -> usize {
 #[inline]
 fn step_of(longest: f64, level: usize) -> f64 {
     // A power of two by its exponent.
-    longest * f64::from_bits(((1023 + DOUBLINGS - level) as u64) << 52)
+    longest * f64::from_bits(((1023 + LEVEL_DOUBLINGS - level) as u64) << 52)
 }
 
 #[cfg(test)]
@@ -142,9 +147,9 @@ mod tests {
 
     #[test]
     fn every_level_has_a_place_of_its_own() {
-        let mut places: Vec<usize> = (0..2 * DOUBLINGS).map(place_of).collect();
+        let mut places: Vec<usize> = (0..2 * LEVEL_DOUBLINGS).map(place_of).collect();
         places.sort_unstable();
-        assert!(places.into_iter().eq(0..2 * DOUBLINGS));
-        assert_eq!(place_of(DOUBLINGS), 0);
+        assert!(places.into_iter().eq(0..2 * LEVEL_DOUBLINGS));
+        assert_eq!(place_of(LEVEL_DOUBLINGS), 0);
     }
 }

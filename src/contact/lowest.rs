@@ -4,10 +4,10 @@ use crate::flow::gap_model::GapModel;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
 
-/// Steps of Newton's method where the guess is that of a cubic, from which each doubles the digits.
-const STEPS: usize = 2;
-/// Steps on one minimum inside its bracket, bisections among them.
-const MOST_STEPS: usize = 60;
+/// Steps of Newton's method from the minimum of a cubic, each of which doubles the digits. [work]
+const SHARPENING_STEPS: usize = 2;
+/// Steps towards one minimum inside its bracket, bisections among them. [work]
+const MOST_MINIMUM_STEPS: usize = 60;
 
 /// A place where a gap is lowest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ impl Lowest {
     pub fn sharpened<F: LinearFlow>(mut self, flow: &F, gap: &GapRow, from: &[Pair]) -> Self {
         let mut evaluator = GapEvaluator::new(flow, from);
         let mut model = evaluator.at(self.time, gap);
-        for _ in 0..STEPS {
+        for _ in 0..SHARPENING_STEPS {
             let step = -0.5 * model.c[1] / model.c[2];
             let is_parabola = model.c[2] > 0.0 && (model.c[3] * step).abs() < model.c[2];
             if !is_parabola {
@@ -87,7 +87,7 @@ impl<'a, F: LinearFlow> GapEvaluator<'a, F> {
     ) -> (Lowest, GapModel) {
         let mut time = guess;
         let mut model = self.at(time, gap);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_MINIMUM_STEPS {
             let [_, slope, bend, _] = model.c;
             between[usize::from(slope > 0.0)] = time;
             let step = -0.5 * slope / bend;

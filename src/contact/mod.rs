@@ -1,12 +1,11 @@
 //! Where the next impact is, and where a gap is lowest (theory 8). What a gap is along a motion: `model/contact.rs`,
 //! `flow/gap_row.rs`.
 
-pub(crate) mod ahead;
 pub(crate) mod bracket;
 pub(crate) mod certified;
 pub(crate) mod curvature;
 pub(crate) mod first_root;
-mod followed;
+pub(crate) mod gap_verdict;
 pub(crate) mod levels;
 pub(crate) mod lowest;
 pub(crate) mod next;
@@ -16,4 +15,5 @@ pub(crate) mod roots;
 pub(crate) mod series;
 pub(crate) mod step_path;
 mod stride;
+mod tracked_gap;
 pub(crate) mod walk;

@@ -1,22 +1,22 @@
-//! The next impact of an exact flight (theory 8): the first time at which some gap falls below zero by more than its rounding,
-//! led back to its zero. Every step is proved to hold no other; touches within rounding (`GapRow::rounding`) are noted as grazes.
-//! Steps judge a minimum in `polynomial.rs`, series in `series.rs`.
+//! The next impact of an exact flight (theory 8): the first time \[s\] at which some gap \[m\] falls below zero by more than its rounding,
+//! traced back to its zero. Every step before is proved to hold none; touches within rounding (`GapRow::rounding`) are noted as grazes.
+//! Integrated motions are searched in `polynomial.rs` and `certified.rs`, Taylor series in `series.rs`.
 
-use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::bracket::Bracket;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::followed::Followed;
+use crate::contact::gap_verdict::{GapVerdict, from_contact, from_open};
 use crate::contact::levels::PropagatorLevels;
 use crate::contact::lowest::{GapEvaluator, Lowest};
-use crate::contact::walk::STEPS_PER_LOOK;
+use crate::contact::tracked_gap::TrackedGap;
+use crate::contact::walk::STEPS_PER_REACH_CHECK;
 use crate::error::Result;
 use crate::flow::gap_model::GapModel;
-use crate::flow::looks::{LookDerivatives, LookModels};
-use crate::flow::{Carrier, Derivatives, GapRow, LinearFlow};
+use crate::flow::samples::{SampleDerivatives, SampleModels};
+use crate::flow::{Derivatives, GapRow, LinearFlow, PropagatorCache};
 use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::quantity::larger;
-use crate::tolerance::GAP_ROUNDING;
+use crate::tolerance::{CUBIC_ROOT_STEP, GAP_ROUNDING, NEWTON_NEAR_ZERO, TAYLOR_TIME};
 
 /// A touch without impact: stop, time since the start of the flight, gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,53 +49,46 @@ impl Grazed {
     }
 }
 
-/// Evaluations of the motion spent on one impact time.
-const MOST_POLISHES: usize = 60;
-/// A time step this small, in units of the fastest rate, moves the state by its Taylor series of third order: what that
-/// leaves out is below rounding.
-const TAYLOR_STEP: f64 = 2e-4;
+/// Evaluations of the motion for the time of one impact. [work]
+const MOST_CONTACT_POLISHES: usize = 60;
 
-/// The order of the zero of a gap that its third derivative opens, if not a higher one.
+/// The order of the zero of a gap that its third derivative opens, where all lower ones vanish. [exact]
 pub(crate) const LATE: usize = 3;
-/// Steps of Newton's method on one cubic: before a shallow contact each halves the error at first.
-const MOST_STEPS: usize = 12;
-/// A step of Newton's method by so small a part is the last: what it leaves is the square of it.
-const SHARP: f64 = 1e-8;
-/// A step of Newton's method up to this part of the time since the start of a flight is near its zero.
-const NEAR: f64 = 0.25;
+/// Steps of Newton's method on one cubic: before a shallow contact each halves the error at first. [work]
+const MOST_CUBIC_STEPS: usize = 12;
 
 /// The search along one flight after another, with its buffers.
 pub(crate) struct ContactSearch<'f, F: LinearFlow> {
     pub(super) flow: &'f F,
-    pub(super) gaps: Vec<Followed>,
+    pub(super) gaps: Vec<TrackedGap>,
     pub(super) levels: PropagatorLevels<F>,
     pub(super) level: usize,
-    carrier: Carrier<F>,
+    propagator_cache: PropagatorCache<F>,
     pub(super) derivatives: Vec<Derivatives>,
     /// The stops within reach.
     pub(super) active: Vec<usize>,
     norms: Vec<f64>,
-    /// The state at the looks ahead, and the gaps of the stops within reach there.
-    pub(super) looks: Vec<LookDerivatives>,
-    pub(super) models: Vec<LookModels>,
-    /// The look next after the state, and the time to it, where there is one.
+    /// The state at the samples ahead, and the gaps of the stops within reach there.
+    pub(super) samples: Vec<SampleDerivatives>,
+    pub(super) models: Vec<SampleModels>,
+    /// The sample next after the state, and the time to it, where there is one.
     pub(super) beyond: Option<(usize, f64)>,
     pub(super) state: Vec<Pair>,
     /// Evaluations of a gap so far.
     pub n_gap_evaluations: usize,
 }
 
-/// How far the search has gone.
-pub(super) struct Gone {
-    /// Steps.
+/// How far the search has advanced.
+pub(super) struct StepAdvance {
+    /// Number of steps.
     pub count: usize,
-    /// Whether the step after any of them is as clear.
+    /// Whether a step after each of them is clear of contacts too.
     pub are_clear: bool,
 }
 
-/// What a search saw of a flight: the stops with their extents and what rounding left unknown of their gaps at the end, and the
+/// The results of a search along a flight beside its end: for each stop its extent and the rounding of its gap at the end, and the number of
 /// evaluations of gaps and forces.
-pub(crate) struct Seen {
+pub(crate) struct SearchSummary {
     pub extents: Vec<(usize, [f64; 2])>,
     pub roundings: Vec<(usize, f64)>,
     pub n_gap_evaluations: usize,
@@ -107,13 +100,13 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         Self {
             flow,
             active: Vec::with_capacity(gaps.len()),
-            gaps: gaps.into_iter().map(Followed::new).collect(),
+            gaps: gaps.into_iter().map(TrackedGap::new).collect(),
             levels,
             level: PropagatorLevels::<F>::START,
-            carrier: Carrier::default(),
+            propagator_cache: PropagatorCache::default(),
             derivatives: Vec::new(),
             norms: Vec::new(),
-            looks: Vec::new(),
+            samples: Vec::new(),
             models: Vec::new(),
             beyond: None,
             state: Vec::new(),
@@ -121,13 +114,13 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         }
     }
 
-    /// Forgets what earlier flights left, so that the next run has the same bits as a first one.
+    /// Resets what depends on earlier flights, so that the next run has the same bits as a first one.
     pub fn restart(&mut self) {
         self.level = PropagatorLevels::<F>::START;
         self.n_gap_evaluations = 0;
     }
 
-    /// Takes the models of every gap at a state.
+    /// Evaluates the model of every gap at a state.
     pub fn evaluate(&mut self, state: &[Pair]) {
         self.n_gap_evaluations += self.gaps.len();
         self.flow.derivatives(state, &mut self.derivatives);
@@ -141,40 +134,40 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         &self.gaps[stop].row
     }
 
-    /// The model of a gap where the search last looked.
+    /// The model of a gap at the last evaluation.
     #[inline]
     pub fn model(&self, stop: usize) -> &GapModel {
         &self.gaps[stop].model
     }
 
-    /// What rounding leaves unknown of a gap where the search last looked.
+    /// The rounding of a gap at the last evaluation.
     pub fn rounding(&self, stop: usize) -> f64 {
         self.gaps[stop].rounding()
     }
 
-    /// Size of the terms of a gap's speed where the search last looked.
+    /// Size of the terms of a gap's speed at the last evaluation.
     pub fn speed_size(&self, stop: usize) -> f64 {
         self.gaps[stop].row.speed_size(&self.derivatives)
     }
 
-    /// Size of the terms of a gap's acceleration where the search last looked.
+    /// Size of the terms of a gap's acceleration at the last evaluation.
     pub fn acceleration_size(&self, stop: usize) -> f64 {
         let row = &self.gaps[stop].row;
         row.acceleration_size(&self.derivatives, self.flow.fastest_rate())
     }
 
-    /// What modes that cancel each other leave unknown of a gap's acceleration where the search last looked.
+    /// The rounding of a gap's acceleration at the last evaluation that modes which cancel each other leave.
     pub fn acceleration_lost(&self, stop: usize) -> f64 {
         self.gaps[stop].row.acceleration_lost(&self.derivatives)
     }
 
-    /// The largest size of the terms of a gap that was seen on the last flight, and the largest gap.
+    /// The largest size of the terms of a gap on the last flight, and the largest gap.
     pub fn extent(&self, stop: usize) -> [f64; 2] {
         self.gaps[stop].extent
     }
 
-    /// Takes over what another search saw of the last flight.
-    pub fn saw(&mut self, other: &Seen) {
+    /// Takes over the extents and the count of another search along the last flight.
+    pub fn saw(&mut self, other: &SearchSummary) {
         self.n_gap_evaluations += other.n_gap_evaluations;
         for &(stop, extent) in &other.extents {
             self.gaps[stop].extent = extent;
@@ -182,7 +175,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     }
 
     /// The next contact within `span` of the state, or in the step that leaves it, to the accuracy of a cubic; undecided where the steps
-    /// became too short to go on. The search must have looked at the state; `root_orders[i]` is the order of the root of gap i there, zero
+    /// became too short to go on. The gaps must have been evaluated at the state; `root_orders[i]` is the order of the root of gap i there, zero
     /// for an open gap.
     ///
     /// # Errors
@@ -224,7 +217,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
             };
             if let Some((stop, at)) = reached {
-                let at = self.between_looks(stop, at, step);
+                let at = self.between_samples(stop, at, step);
                 grazes.retain(|g| g.time < time + at);
                 let root = FirstRoot::Crossing {
                     at: time + at,
@@ -236,15 +229,15 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             if let Some(work) = made {
                 observer.work(work)?;
             }
-            let Gone { count, are_clear } = self.go_on(time, span, grazes);
+            let StepAdvance { count, are_clear } = self.go_on(time, span, grazes);
             time += count as f64 * step;
             if self.level == first_level && are_clear {
                 self.level = self.levels.above(self.level);
             }
-            let looks = steps / STEPS_PER_LOOK;
+            let checks = steps / STEPS_PER_REACH_CHECK;
             steps += count;
-            if steps / STEPS_PER_LOOK > looks {
-                observer.work(STEPS_PER_LOOK * self.state.len())?;
+            if steps / STEPS_PER_REACH_CHECK > checks {
+                observer.work(STEPS_PER_REACH_CHECK * self.state.len())?;
                 self.leave_out();
             }
             // At the end or past it, a stop that is passed within rounding may have been reached before it.
@@ -301,7 +294,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             !is_beyond_reach
         });
         if active.len() < count {
-            // The looks ahead are at all of them.
+            // The samples ahead are of all of them.
             *beyond = None;
         }
     }
@@ -317,19 +310,19 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     ) -> std::result::Result<Option<(usize, f64)>, usize> {
         let mut earliest: Option<(usize, f64)> = None;
         for &stop in &self.active {
-            let followed = &mut self.gaps[stop];
+            let tracked = &mut self.gaps[stop];
             // A flight that began a rounding inside its stop is searched with the gap raised by that.
             let lifted;
-            let model = if followed.bracket.floor == 0.0 {
-                &followed.model
+            let model = if tracked.bracket.floor == 0.0 {
+                &tracked.model
             } else {
-                lifted = followed.model.above(followed.bracket.floor);
+                lifted = tracked.model.above(tracked.bracket.floor);
                 &lifted
             };
-            let (gap, order) = (&followed.row, followed.order_here);
+            let (gap, order) = (&tracked.row, tracked.order_here);
             let mut ahead = match order {
                 0 => {
-                    let (late, clear) = (followed.late, followed.clear * model.size);
+                    let (late, clear) = (tracked.late, tracked.clear * model.size);
                     from_open(model, step, larger(clear, late), || {
                         larger(gap.rounding(model), late)
                     })
@@ -337,17 +330,17 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 order => from_contact(model, order, step, gap.rounding(model)),
             };
             // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
-            if order == LATE && !matches!(ahead, Ahead::Clear) {
+            if order == LATE && !matches!(ahead, GapVerdict::Clear) {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
                 // From rest at zero all terms grow from zero.
-                followed.late = GAP_ROUNDING * model.remainder(soon);
-                let rounding = rounding.max(followed.late);
+                tracked.late = GAP_ROUNDING * model.remainder(soon);
+                let rounding = rounding.max(tracked.late);
                 let rounding = rounding.max(gap.rounding(model));
                 let clear = rounding.max(GAP_ROUNDING * model.size);
                 ahead = from_open(&model.only(LATE), step, clear, || rounding);
             }
-            if let Ahead::Dips { near } = ahead {
+            if let GapVerdict::Dips { near } = ahead {
                 let (lowest, met) =
                     at_bottom(self.flow, gap, start, [time, time + step], time + near);
                 self.n_gap_evaluations += 1;
@@ -357,8 +350,8 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
             }
             match ahead {
-                Ahead::Reached { at, passed } => {
-                    let bracket = &mut followed.bracket;
+                GapVerdict::Reached { at, passed } => {
+                    let bracket = &mut tracked.bracket;
                     bracket.passed = time + passed;
                     bracket.closed = bracket.closed.min(bracket.passed);
                     if earliest.is_none_or(|(_, first)| at < first) {
@@ -366,30 +359,30 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                     }
                 }
                 // What leaves its stop slowly does not touch it anew.
-                Ahead::Rests if order > 0 || followed.late > 0.0 => {}
-                Ahead::Rests => {
-                    let gap = followed.model.c[0];
+                GapVerdict::Rests if order > 0 || tracked.late > 0.0 => {}
+                GapVerdict::Rests => {
+                    let gap = tracked.model.c[0];
                     let is_noted = |g: &Grazed| g.stop == stop && g.time >= time - step;
                     if !grazes.iter().any(is_noted) {
                         grazes.push(Grazed { stop, time, gap });
                     }
                 }
-                Ahead::Clear | Ahead::Dips { .. } => {}
-                Ahead::Unknown => return Err(stop),
+                GapVerdict::Clear | GapVerdict::Dips { .. } => {}
+                GapVerdict::Unknown => return Err(stop),
             }
         }
         if let Some((stop, at)) = earliest {
             // A flight of few steps is farthest from its stop half-way.
-            let followed = &mut self.gaps[stop];
-            let far = followed.model.value(0.5 * at).abs();
-            followed.widen([far, far]);
+            let tracked = &mut self.gaps[stop];
+            let far = tracked.model.value(0.5 * at).abs();
+            tracked.widen([far, far]);
         }
         Ok(earliest)
     }
 
     /// Carries a state over a span of time.
     pub fn forward(&mut self, state: &mut [Pair], span: f64) {
-        self.carrier.forward(self.flow, state, span);
+        self.propagator_cache.forward(self.flow, state, span);
     }
 
     /// The contact that comes first and its time to rounding; on return `arrived` is the state there, and the search has
@@ -404,7 +397,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     ) -> (usize, f64) {
         let mut time = self.polish(stop, guess, start, arrived);
         for _ in 1..self.gaps.len() {
-            let passed = |(i, other): (usize, &Followed)| {
+            let passed = |(i, other): (usize, &TrackedGap)| {
                 let Bracket { floor, passed, .. } = other.bracket;
                 let model = &other.model;
                 let gap = model.c[0] - floor;
@@ -435,15 +428,15 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 
     /// The time of a contact to rounding: the motion is taken again from the start of the flight until Newton's step is
     /// no more than a short Taylor step, or the gap zero to rounding, which at a low speed moves the time by more. On return
-    /// `arrived` is the state there, and the search has looked there.
+    /// `arrived` is the state there, and the gaps have been evaluated there.
     fn polish(&mut self, stop: usize, guess: f64, start: &[Pair], arrived: &mut Vec<Pair>) -> f64 {
-        let short = TAYLOR_STEP / self.flow.fastest_rate();
-        let Followed {
+        let short = TAYLOR_TIME / self.flow.fastest_rate();
+        let TrackedGap {
             mut bracket, order, ..
         } = self.gaps[stop];
         let mut time = guess.max(0.0).min(bracket.closed);
-        let mut looked = time;
-        for _ in 0..MOST_POLISHES {
+        let mut evaluated_at = time;
+        for _ in 0..MOST_CONTACT_POLISHES {
             arrived.clear();
             arrived.extend_from_slice(start);
             self.forward(arrived, time);
@@ -451,7 +444,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             let mut model = self.gaps[stop].model;
             let gap = model.c[0];
             model.c[0] -= bracket.floor;
-            looked = time;
+            evaluated_at = time;
             if model.c[0].abs() <= f64::EPSILON * model.size && model.c[1] < 0.0 {
                 break;
             }
@@ -477,7 +470,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 return time;
             }
         }
-        looked
+        evaluated_at
     }
 }
 
@@ -490,24 +483,27 @@ fn at_bottom<F: LinearFlow>(
     start: &[Pair],
     between: [f64; 2],
     near: f64,
-) -> (Option<Lowest>, Ahead) {
+) -> (Option<Lowest>, GapVerdict) {
     let (lowest, model) = GapEvaluator::new(flow, start).bottom(gap, between, near);
     let rounding = gap.rounding(&model);
     if lowest.gap < -rounding {
         let back = (-lowest.gap / model.c[2]).sqrt();
         let passed = lowest.time - between[0];
         let at = (passed - back).max(0.0);
-        return (None, Ahead::Reached { at, passed });
+        return (None, GapVerdict::Reached { at, passed });
     }
-    ((lowest.gap <= rounding).then_some(lowest), Ahead::Clear)
+    (
+        (lowest.gap <= rounding).then_some(lowest),
+        GapVerdict::Clear,
+    )
 }
 
-/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. Behind a contact, whose
-/// root of some order lies so far back, a step of a length with that time is one of Newton's method on `gap/time^order`: a low
-/// flight, all of it within the margin, is found from beyond its end without falling back to its start.
+/// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. On a flight that began on
+/// the stop, with a root of some order there, a step of a length comparable with the time since is taken by Newton's method on
+/// `gap/time^order`: so the end of a low flight, all of it within the margin, is found from beyond without falling back to its start.
 fn newton_step(model: &GapModel, order: usize, time: f64) -> Option<f64> {
     let [a, b, ..] = model.c;
-    let is_far = b >= 0.0 || (a / b).abs() > NEAR * time;
+    let is_far = b >= 0.0 || (a / b).abs() > NEWTON_NEAR_ZERO * time;
     if order > 0 && is_far && time > 0.0 {
         let ahead = -a / (b - order as f64 * a / time);
         return ahead.is_finite().then(|| ahead.clamp(-0.5 * time, time));
@@ -516,14 +512,14 @@ fn newton_step(model: &GapModel, order: usize, time: f64) -> Option<f64> {
         return None;
     }
     let mut r = -a / b;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_CUBIC_STEPS {
         let slope = model.slope(r);
         if slope >= 0.0 {
             break;
         }
         let change = model.value(r) / slope;
         r -= change;
-        if change.abs() <= SHARP * r.abs() {
+        if change.abs() <= CUBIC_ROOT_STEP * r.abs() {
             break;
         }
     }

@@ -1,19 +1,16 @@
 //! The gap along one step of an integrator as a quintic (theory 8): value, slope and curvature are known at both ends. Its
 //! Bernstein form says at once where there is no contact; elsewhere its extrema part it into monotone pieces, so that
-//! nothing between two samples is missed. A known root at the start is divided out.
+//! no contact between two samples is missed. A known root at the start is divided out.
 
 use crate::contact::first_root::FirstRoot;
-use crate::contact::roots::{SIZE, bracketed_root, derivative, roots, value};
-use crate::tolerance::ERROR_FACTOR;
+use crate::contact::roots::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
+use crate::tolerance::{ERROR_FACTOR, QUINTIC_ERROR_PART};
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quintic {
-    c: [f64; SIZE],
+    c: [f64; QUINTIC_SIZE],
 }
-
-/// A quintic is off a motion by less than this part of what its coefficients differ by.
-const FAR: f64 = 0.1;
 
 /// Value, slope and second derivative of the gap at both ends of a step, by parts of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +33,7 @@ impl EndValues {
 
     /// The coefficients of the quintic in Bernstein's form.
     #[inline]
-    fn bernstein(&self) -> [f64; SIZE] {
+    fn bernstein(&self) -> [f64; QUINTIC_SIZE] {
         let ([p, d, s], [p1, d1, s1]) = (self.start, self.end);
         [
             p,
@@ -53,7 +50,7 @@ impl EndValues {
         let bernstein = self.bernstein();
         let most = bernstein.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let least = bernstein.into_iter().fold(f64::INFINITY, f64::min);
-        least > floor + FAR * (most - least)
+        least > floor + QUINTIC_ERROR_PART * (most - least)
     }
 
     /// Whether the quintic stays above a floor, because its Bernstein coefficients do. A root at the start, its floor zero,
@@ -63,7 +60,9 @@ impl EndValues {
     pub fn are_clear(&self, order: usize, floor: f64) -> bool {
         let bernstein = self.bernstein();
         let floor = if order == 0 { floor } else { 0.0 };
-        bernstein[order.min(SIZE - 1)..].iter().all(|b| *b > floor)
+        bernstein[order.min(QUINTIC_SIZE - 1)..]
+            .iter()
+            .all(|b| *b > floor)
     }
 }
 
@@ -85,7 +84,7 @@ impl Judgement {
 
 /// Where a polynomial is lowest between 0 and 1, and its value there.
 fn lowest(c: &[f64]) -> (f64, f64) {
-    let (d, size) = derivative::<SIZE>(c);
+    let (d, size) = derivative::<QUINTIC_SIZE>(c);
     let turning = roots(&d[..size]);
     let places = turning.slice().iter().copied().chain([0.0, 1.0]);
     let values = places.map(|x| (x, value(c, x)));
@@ -129,7 +128,7 @@ impl Quartic {
 
     /// Where it first falls from above zero to below it; a touch of zero from above is no fall.
     pub fn first_fall(&self) -> Option<f64> {
-        let (d, size) = derivative::<SIZE>(&self.c);
+        let (d, size) = derivative::<QUINTIC_SIZE>(&self.c);
         let slope = |x: f64| value(&d[..size], x);
         roots(&self.c)
             .slice()
@@ -180,10 +179,10 @@ impl Quintic {
         judgement: Judgement,
         touches: &mut Vec<(f64, f64)>,
     ) -> FirstRoot {
-        let order = order.min(SIZE - 1);
+        let order = order.min(QUINTIC_SIZE - 1);
         let rounding = judgement.rounding;
         let c = &self.c[order..];
-        let (d, size) = derivative::<SIZE>(c);
+        let (d, size) = derivative::<QUINTIC_SIZE>(c);
         let mut left = 0.0;
         for &right in roots(&d[..size]).slice().iter().chain(&[1.0]) {
             let (before, there) = (value(c, left), value(c, right));

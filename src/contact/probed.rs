@@ -1,18 +1,15 @@
-//! A gap of which no curvature is known, asked for at some places of a step beside its ends: whether it is that of the quintic through
-//! these, and where it is passed.
+//! A gap \[m\] without a bound on its curvature, evaluated at some places of a step beside its ends: whether it agrees with the quintic
+//! through the ends, and where the stop is passed.
 
 use crate::contact::polynomial::Quintic;
+use crate::tolerance::{NEAR_MISS_FACTOR, UNLIKE_QUINTIC};
 
-/// Parts of a step at which the gap is asked for.
-pub(crate) const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
-/// A quintic is not that of a gap if they differ by more than this part of what the gap changes by along the step...
-const UNLIKE: f64 = 1e-3;
-/// ... and by so much that so many times as much reaches zero.
-const NEAR_MISS: f64 = 10.0;
+/// Parts of a step at which a gap is evaluated beside its ends. [work]
+pub(crate) const STEP_PROBES: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A gap at the places `PROBES`.
+/// A gap at the places `STEP_PROBES`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Probed(pub [f64; PROBES.len()]);
+pub(crate) struct Probed(pub [f64; STEP_PROBES.len()]);
 
 impl Probed {
     /// Whether the gap differs from its quintic, by more than the margin, so much that a search on it may find what is not there.
@@ -23,23 +20,23 @@ impl Probed {
             all().fold(f64::NEG_INFINITY, f64::max),
             all().fold(f64::INFINITY, f64::min),
         );
-        let misses = self.0.iter().zip(PROBES);
+        let misses = self.0.iter().zip(STEP_PROBES);
         let misses = misses.map(|(gap, x)| (gap - quintic.value(x)).abs());
         let miss = misses.fold(0.0, f64::max);
         let lowest = least.min(-quintic.lowest().1);
-        miss > margin.max(UNLIKE * (most - least)) && lowest <= NEAR_MISS * miss
+        miss > margin.max(UNLIKE_QUINTIC * (most - least)) && lowest <= NEAR_MISS_FACTOR * miss
     }
 
     /// The first place at which the gap is passed by more than the margin, and the last before it that is looked at.
     pub fn passed(&self, margin: f64) -> Option<(f64, f64)> {
         let k = self.0.iter().position(|gap| *gap < -margin)?;
-        let before = if k > 0 { PROBES[k - 1] } else { 0.0 };
-        Some((before, PROBES[k]))
+        let before = if k > 0 { STEP_PROBES[k - 1] } else { 0.0 };
+        Some((before, STEP_PROBES[k]))
     }
 
     /// The deepest place of those looked at, and how deep it is.
     pub fn deepest(&self) -> (f64, f64) {
-        let all = PROBES.into_iter().zip(self.0);
+        let all = STEP_PROBES.into_iter().zip(self.0);
         let least = all.min_by(|a, b| a.1.total_cmp(&b.1));
         least.map_or((0.0, f64::NEG_INFINITY), |(x, gap)| (x, -gap))
     }
@@ -52,7 +49,7 @@ mod tests {
 
     fn of(gap: fn(f64) -> [f64; 3]) -> (Quintic, Probed) {
         let quintic = Quintic::new(&EndValues::new(gap(0.0), gap(1.0), 1.0, 0));
-        (quintic, Probed(PROBES.map(|x| gap(x)[0])))
+        (quintic, Probed(STEP_PROBES.map(|x| gap(x)[0])))
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The roots of a polynomial of low order: its derivative's part it into monotone pieces.
 
-/// Coefficients of the longest polynomial of a gap, a quintic.
-pub(crate) const SIZE: usize = 6;
+/// Number of coefficients of the longest polynomial of a gap, a quintic. [exact]
+pub(crate) const QUINTIC_SIZE: usize = 6;
 
 /// Real numbers in ascending order, fewer than N.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Few<const N: usize = SIZE> {
+pub(crate) struct Few<const N: usize = QUINTIC_SIZE> {
     values: [f64; N],
     count: usize,
 }
@@ -42,7 +42,7 @@ pub(crate) fn derivative<const N: usize>(c: &[f64]) -> ([f64; N], usize) {
 /// The root in an interval over whose ends a monotone polynomial changes its sign: Newton's method inside the bracket; a
 /// step of bisection is never taken for a converged one.
 pub(crate) fn bracketed_root(c: &[f64], low: f64, high: f64) -> f64 {
-    bracketed::<SIZE>(c, low, high)
+    bracketed::<QUINTIC_SIZE>(c, low, high)
 }
 
 fn bracketed<const N: usize>(c: &[f64], mut low: f64, mut high: f64) -> f64 {
@@ -72,7 +72,7 @@ fn bracketed<const N: usize>(c: &[f64], mut low: f64, mut high: f64) -> f64 {
 
 /// The roots of a polynomial inside (0, 1) at which it changes its sign, by way of those of its derivative.
 pub(crate) fn roots(c: &[f64]) -> Few {
-    roots_of::<SIZE>(c)
+    roots_of::<QUINTIC_SIZE>(c)
 }
 
 /// The same of one of at most N coefficients.

@@ -1,24 +1,22 @@
 //! The first contact along a Taylor series: the gap is a polynomial, and each part of the step is proved by the cubic about its
 //! start, with all higher terms in the remainder (theory 8).
 
-use crate::contact::ahead::{Ahead, from_contact, from_open};
 use crate::contact::first_root::FirstRoot;
+use crate::contact::gap_verdict::{GapVerdict, from_contact, from_open};
 
 use crate::flow::BatchMotion;
 use crate::flow::gap_model::GapModel;
 use crate::flow::taylor::ROWS;
 use crate::model::Surface;
-use crate::tolerance::{GAP_ROUNDING, TERM_ROUNDINGS};
+use crate::tolerance::{GAP_ROUNDING, SHORTEST_SERIES_PART, TERM_ROUNDINGS};
 
-/// Shortest part of a step that is looked at.
-const SHORTEST: f64 = f64::EPSILON;
-/// Samples of a step among which its lowest gap is sought.
-const SAMPLES: usize = 32;
-/// Newton steps on one root or minimum, bisections among them.
-const MOST_POLISHES: usize = 60;
+/// Samples of a step between which the lowest gap is sought. [work]
+const LOWEST_SAMPLES: usize = 32;
+/// Newton steps towards one root or minimum, bisections among them. [work]
+const MOST_SERIES_POLISHES: usize = 60;
 
-/// `k (k - 1)/20`: what a term of order k adds to the bound of fifth order on the second derivative.
-const GROWTH: [f64; ROWS] = {
+/// `k (k - 1)/20`: what a term of order k adds to the bound of fifth order on the second derivative. [exact]
+const BOUND_GROWTH: [f64; ROWS] = {
     let mut all = [0.0; ROWS];
     let mut k = 1;
     while k < ROWS {
@@ -113,7 +111,7 @@ fn bracketed(
     value_and_slope: impl Fn(f64) -> (f64, f64),
 ) -> f64 {
     let mut t = guess.clamp(between[0], between[1]);
-    for _ in 0..MOST_POLISHES {
+    for _ in 0..MOST_SERIES_POLISHES {
         let (value, slope) = value_and_slope(t);
         if value == 0.0 {
             break;
@@ -166,7 +164,7 @@ impl GapSeries {
     fn model(&self, span: f64) -> GapModel {
         let c = &self.c[..self.len];
         let (square, mut power, mut quintic) = (span * span, 1.0, 0.0);
-        let terms = c.iter().zip(&GROWTH).skip(5);
+        let terms = c.iter().zip(&BOUND_GROWTH).skip(5);
         let mut terms = terms.map(|(c, growth)| c.abs() * growth);
         // Two terms at a time: the powers wait for one another.
         while let Some(even) = terms.next() {
@@ -248,8 +246,8 @@ impl GapSeries {
     /// of the root at the start, of which the speed has one less: what rounding leaves there of a speed says nothing.
     pub fn lowest(&self, order: usize, span: f64) -> (f64, f64) {
         let slopes = &self.slopes()[order.saturating_sub(1)..self.len - 1];
-        let time = |k: usize| span * k as f64 / SAMPLES as f64;
-        let turns = (0..SAMPLES).filter_map(|k| {
+        let time = |k: usize| span * k as f64 / LOWEST_SAMPLES as f64;
+        let turns = (0..LOWEST_SAMPLES).filter_map(|k| {
             let between = [time(k), time(k + 1)];
             let [falls, rises] = between.map(|t| value_and_slope(slopes, t).0);
             (falls < 0.0 && rises > 0.0).then(|| {
@@ -287,7 +285,7 @@ impl GapSeries {
         touches: &mut Vec<(f64, f64)>,
     ) -> FirstRoot {
         let rounding = self.rounding();
-        let shortest = span * SHORTEST;
+        let shortest = span * SHORTEST_SERIES_PART;
         let (mut order, mut at, mut step) = (order.min(3), 0.0, span);
         loop {
             step = step.min(span - at);
@@ -303,8 +301,8 @@ impl GapSeries {
                 )
             };
             match ahead {
-                Ahead::Clear => {}
-                Ahead::Dips { near } => {
+                GapVerdict::Clear => {}
+                GapVerdict::Dips { near } => {
                     let (bottom, gap, reached) = self.bottom(near, step);
                     if gap < -rounding {
                         let passed = at + bottom;
@@ -315,20 +313,20 @@ impl GapSeries {
                         touches.push((at + bottom, gap));
                     }
                 }
-                Ahead::Reached { at: guess, passed } => {
+                GapVerdict::Reached { at: guess, passed } => {
                     let start = at;
                     let at = start + self.root(order, guess, passed);
                     let passed = start + passed;
                     return FirstRoot::Crossing { at, passed };
                 }
-                Ahead::Rests => {
+                GapVerdict::Rests => {
                     let is_noted = touches.last().is_some_and(|(t, _)| *t >= at - step);
                     if !is_noted {
                         touches.push((at, model.c[0]));
                     }
                 }
-                Ahead::Unknown if step <= shortest => return FirstRoot::Undecided { at },
-                Ahead::Unknown => {
+                GapVerdict::Unknown if step <= shortest => return FirstRoot::Undecided { at },
+                GapVerdict::Unknown => {
                     step *= 0.5;
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! The motion along one step of an integrator as polynomials in the part x of the step, `0 <= x <= 1`, and what they are about any
+//! The motion along one step of an integrator as polynomials in the part x of the step, `0 <= x <= 1`, and expanded about any
 //! place: with the Taylor series of each coordinate there, speeds and accelerations are bounded over a width ahead by sums of sizes.
 
 use crate::tolerance::ERROR_FACTOR;
@@ -8,7 +8,7 @@ use crate::tolerance::ERROR_FACTOR;
 pub(crate) struct StepPath {
     /// Each coordinate in powers of x.
     powers: Vec<Vec<f64>>,
-    /// What each may be off the motion half-way.
+    /// The error of each half-way.
     errors: Vec<f64>,
 }
 
@@ -17,7 +17,8 @@ pub(crate) struct StepPath {
 pub(crate) struct Expansion {
     /// Each coordinate in powers of the part of the step since that place.
     powers: Vec<Vec<f64>>,
-    /// The sizes of the terms that each coordinate is summed from there.
+    /// The sum of the sizes of the terms that each coordinate is summed from there, shape `(n_dof,)`, in units of the coordinates \[m\] or
+    /// \[rad\].
     pub sizes: Vec<f64>,
 }
 
@@ -35,7 +36,7 @@ impl StepPath {
         ERROR_FACTOR * error * (4.0 * x * (1.0 - x)).max(0.0).powi(3)
     }
 
-    /// What it is about a place.
+    /// Its expansion about a place.
     pub fn about(&self, x: f64) -> Expansion {
         let size = |c: &Vec<f64>| c.iter().rev().fold(0.0, |sum, c| sum * x + c.abs());
         let sizes = self.powers.iter().map(size).collect();

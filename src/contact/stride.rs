@@ -1,50 +1,54 @@
-//! Steps of the search for the next impact, as many at once as are proved to hold none: eight looks ahead in the widest registers,
+//! Steps of the search for the next impact, as many at once as are proved to hold none: eight samples ahead in the widest registers,
 //! where a flow has them, one otherwise (theory 8).
 
-use crate::contact::followed::Followed;
-use crate::contact::next::{ContactSearch, Gone, Grazed};
+use crate::contact::next::{ContactSearch, Grazed, StepAdvance};
+use crate::contact::tracked_gap::TrackedGap;
 use crate::flow::LinearFlow;
-use crate::flow::looks::{LOOKS, LookDerivatives, LookModels, Stride, WhichLooks, eight};
+use crate::flow::samples::{
+    SAMPLES_AT_ONCE, SampleDerivatives, SampleMask, SampleModels, Stride, eight,
+};
 use crate::modal::Pair;
 use pulp::{Arch, Simd, WithSimd};
 
 impl<F: LinearFlow> ContactSearch<'_, F> {
-    /// Goes on by the step that is proved to hold no contact, from a time, and by those after it up to the end of a span that are clear;
-    /// the level must be prepared.
+    /// Advances from a time by the step that is proved to hold no contact, and by the steps after it that are clear of contacts, up to the
+    /// end of a span; the propagator of the level must be prepared.
     #[inline]
-    pub(super) fn go_on(&mut self, time: f64, span: f64, grazes: &mut Vec<Grazed>) -> Gone {
+    pub(super) fn go_on(&mut self, time: f64, span: f64, grazes: &mut Vec<Grazed>) -> StepAdvance {
         let is_late = |&stop: &usize| self.gaps[stop].late != 0.0;
         let strides = self.levels.strides(self.flow, self.level);
         match strides {
             Some(strides) if !self.active.iter().any(is_late) => {
-                self.looks.resize_with(self.state.len(), Default::default);
+                self.samples.resize_with(self.state.len(), Default::default);
                 self.models.resize_with(self.active.len(), Default::default);
                 let step = self.levels.step(self.level);
-                let is_end = |&look: &usize| time + (look + 1) as f64 * step >= span;
-                let ahead = LooksAhead {
+                let is_end = |&sample: &usize| time + (sample + 1) as f64 * step >= span;
+                let ahead = SamplesAhead {
                     flow: self.flow,
                     strides,
                     step,
-                    last: (0..LOOKS - 1).find(is_end).unwrap_or(LOOKS - 1),
+                    last: (0..SAMPLES_AT_ONCE - 1)
+                        .find(is_end)
+                        .unwrap_or(SAMPLES_AT_ONCE - 1),
                     state: &self.state,
                     gaps: &self.gaps,
                     active: &self.active,
-                    looks: &mut self.looks,
+                    samples: &mut self.samples,
                     models: &mut self.models,
                 };
-                let looked = Arch::new().dispatch(ahead);
-                self.go_to_look(looked, time, grazes)
+                let reached = Arch::new().dispatch(ahead);
+                self.go_to_sample(reached, time, grazes)
             }
             _ => self.go_one_step(time, grazes),
         }
     }
 
-    /// The time in a step at which a stop is reached, found by the cubic at its beginning: by that of the nearer of the two looks about it,
-    /// with a fourth power that leads through the gap at the other.
-    pub(super) fn between_looks(&self, stop: usize, at: f64, step: f64) -> f64 {
-        let beyond = self.beyond.and_then(|(look, after)| {
+    /// The time in a step at which a stop is reached, improved from what the cubic at the start of the step gives: by the cubic of the nearer
+    /// one of the two samples around it, plus a fourth power that fits the gap at the other sample.
+    pub(super) fn between_samples(&self, stop: usize, at: f64, step: f64) -> f64 {
+        let beyond = self.beyond.and_then(|(sample, after)| {
             let place = self.active.iter().position(|&other| other == stop)?;
-            Some((self.models[place].at(look), after))
+            Some((self.models[place].at(sample), after))
         });
         let Some((beyond, after)) = beyond else {
             return at;
@@ -68,8 +72,8 @@ impl<F: LinearFlow> ContactSearch<'_, F> {
         }
     }
 
-    /// Goes on by one step.
-    fn go_one_step(&mut self, time: f64, grazes: &mut Vec<Grazed>) -> Gone {
+    /// Advances by one step.
+    fn go_one_step(&mut self, time: f64, grazes: &mut Vec<Grazed>) -> StepAdvance {
         self.levels.advance(self.flow, self.level, &mut self.state);
         self.flow.derivatives(&self.state, &mut self.derivatives);
         let time = time + self.levels.step(self.level);
@@ -82,19 +86,24 @@ impl<F: LinearFlow> ContactSearch<'_, F> {
         }
         self.n_gap_evaluations += self.active.len();
         self.beyond = None;
-        Gone {
+        StepAdvance {
             count: 1,
             are_clear: true,
         }
     }
 
-    /// Goes on to the last look that was reached.
-    fn go_to_look(&mut self, looked: Looked, time: f64, grazes: &mut Vec<Grazed>) -> Gone {
-        let Looked { last, are_clear } = looked;
+    /// Advances to the last sample that was reached.
+    fn go_to_sample(
+        &mut self,
+        reached: SamplesReached,
+        time: f64,
+        grazes: &mut Vec<Grazed>,
+    ) -> StepAdvance {
+        let SamplesReached { last, are_clear } = reached;
         let step = self.levels.step(self.level);
         let first = time + step;
-        for (z, look) in self.state.iter_mut().zip(&self.looks) {
-            *z = look.pair(last);
+        for (z, sample) in self.state.iter_mut().zip(&self.samples) {
+            *z = sample.pair(last);
         }
         for k in 0..self.active.len() {
             let (stop, models) = (self.active[k], &self.models[k]);
@@ -113,58 +122,58 @@ impl<F: LinearFlow> ContactSearch<'_, F> {
             self.gaps[stop].model = at_last;
         }
         self.n_gap_evaluations += self.active.len() * (last + 1);
-        self.beyond = (last + 1 < LOOKS).then_some((last + 1, step));
-        Gone {
+        self.beyond = (last + 1 < SAMPLES_AT_ONCE).then_some((last + 1, step));
+        StepAdvance {
             count: last + 1,
             are_clear,
         }
     }
 }
 
-/// The looks ahead.
-struct LooksAhead<'a, F> {
+/// The work of taking the samples ahead, in registers of some kind.
+struct SamplesAhead<'a, F> {
     flow: &'a F,
     strides: &'a [Stride],
     step: f64,
-    /// The last look before the end of the span or at it, the eighth at the latest.
+    /// The first sample at or beyond the end of the span; the eighth where none is.
     last: usize,
     state: &'a [Pair],
-    gaps: &'a [Followed],
+    gaps: &'a [TrackedGap],
     active: &'a [usize],
-    looks: &'a mut [LookDerivatives],
-    models: &'a mut [LookModels],
+    samples: &'a mut [SampleDerivatives],
+    models: &'a mut [SampleModels],
 }
 
-/// What the looks ahead have told.
-struct Looked {
-    /// The last look before which every step but the first is clear.
+/// How far the samples ahead allow to advance.
+struct SamplesReached {
+    /// The last sample before which every step after the first is clear of contacts.
     last: usize,
-    /// Whether the steps after all eight are.
+    /// Whether the steps after all eight samples are clear.
     are_clear: bool,
 }
 
-impl<F: LinearFlow> WithSimd for LooksAhead<'_, F> {
-    type Output = Looked;
+impl<F: LinearFlow> WithSimd for SamplesAhead<'_, F> {
+    type Output = SamplesReached;
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Looked {
-        self.flow.look(self.strides, self.state, self.looks);
-        let mut clear = WhichLooks::MAX;
+    fn with_simd<S: Simd>(self, _: S) -> SamplesReached {
+        self.flow.sample(self.strides, self.state, self.samples);
+        let mut clear = SampleMask::MAX;
         for (&stop, models) in self.active.iter().zip(self.models.iter_mut()) {
             let gap = &self.gaps[stop];
-            *models = gap.row.models(self.looks);
+            *models = gap.row.models(self.samples);
             clear &= models.above(gap.clear, gap.bracket.floor, self.step);
         }
         let first_unclear = clear.trailing_ones() as usize;
         let last = first_unclear.min(self.last);
-        let is_seen = eight(|k| f64::from(u8::from(k <= last)));
+        let is_counted = eight(|k| f64::from(u8::from(k <= last)));
         for models in self.models.iter_mut() {
-            models.note_extent(&is_seen);
+            models.note_extent(&is_counted);
         }
-        Looked {
+        SamplesReached {
             last,
-            are_clear: first_unclear == LOOKS,
+            are_clear: first_unclear == SAMPLES_AT_ONCE,
         }
     }
 }
@@ -195,46 +204,46 @@ mod tests {
     const LEVEL: usize = 64;
 
     /// Looks ahead from a state at gaps of some clearances, in registers and without.
-    fn looked(clearances: &[f64]) -> [(Looked, Vec<LookModels>); 2] {
+    fn reached(clearances: &[f64]) -> [(SamplesReached, Vec<SampleModels>); 2] {
         let flow = BlockFlow::new(&BLOCKS, Undriven);
         let row = [[1.0, 0.0], [0.4, 0.1], [0.7, -0.2]];
-        let gap = |&c: &f64| Followed::new(flow.gap_row(&Quantity::gap(c, &row)));
-        let gaps: Vec<Followed> = clearances.iter().map(gap).collect();
+        let gap = |&c: &f64| TrackedGap::new(flow.gap_row(&Quantity::gap(c, &row)));
+        let gaps: Vec<TrackedGap> = clearances.iter().map(gap).collect();
         let mut search = ContactSearch::new(&flow, Vec::new());
         search.levels.prepare(&flow, LEVEL, 3);
         let strides = search.levels.strides(&flow, LEVEL).expect("free");
         let active: Vec<usize> = (0..gaps.len()).collect();
         let state = [[0.1, 1.5], [0.1, -0.2], [0.3, 0.4]];
-        let mut looks = [LookDerivatives::default(); 3];
-        let mut models = vec![LookModels::default(); gaps.len()];
+        let mut samples = [SampleDerivatives::default(); 3];
+        let mut models = vec![SampleModels::default(); gaps.len()];
         let mut ahead = |in_registers: bool| {
-            let work = LooksAhead {
+            let work = SamplesAhead {
                 flow: &flow,
                 strides,
                 step: search.levels.step(LEVEL),
-                last: LOOKS - 1,
+                last: SAMPLES_AT_ONCE - 1,
                 state: &state,
                 gaps: &gaps,
                 active: &active,
-                looks: &mut looks,
+                samples: &mut samples,
                 models: &mut models,
             };
-            let looked = if in_registers {
+            let reached = if in_registers {
                 Arch::new().dispatch(work)
             } else {
                 work.with_simd(Scalar)
             };
-            (looked, models.clone())
+            (reached, models.clone())
         };
         [ahead(true), ahead(false)]
     }
 
     #[test]
     fn registers_change_no_bit() {
-        let [(a, in_registers), (b, one_by_one)] = looked(&[1.5, 0.8, 9.0]);
+        let [(a, in_registers), (b, one_by_one)] = reached(&[1.5, 0.8, 9.0]);
         assert_eq!((a.last, a.are_clear), (b.last, b.are_clear));
         for (a, b) in in_registers.iter().zip(&one_by_one) {
-            let bits = |m: &LookModels| {
+            let bits = |m: &SampleModels| {
                 let numbers = m.c.iter().chain([&m.quartic, &m.size]).flatten();
                 let bits = numbers.chain(&m.extent).map(|x| x.to_bits());
                 bits.collect::<Vec<_>>()
@@ -244,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_between_two_looks_is_found_to_the_fifth_power_of_their_distance() {
+    fn a_contact_between_two_samples_is_found_to_the_fifth_power_of_their_distance() {
         // `sin t` before a stop at a clearance.
         let flow = BlockFlow::new(&[Block::Oscillator { w2: 1.0, eta: 0.0 }], Undriven);
         let state = [[0.0, 1.0]];
@@ -272,13 +281,13 @@ mod tests {
     }
 
     #[test]
-    fn the_search_goes_to_the_look_before_the_first_step_that_is_not_clear() {
-        let [(far, models), _] = looked(&[9.0]);
-        assert!(far.are_clear && far.last == LOOKS - 1);
+    fn the_search_goes_to_the_sample_before_the_first_step_that_is_not_clear() {
+        let [(far, models), _] = reached(&[9.0]);
+        assert!(far.are_clear && far.last == SAMPLES_AT_ONCE - 1);
         let gaps = models[0].c[0];
-        // A stop that the fourth look just reaches, and another beyond.
+        // A stop that the fourth sample just reaches, and another beyond.
         let nearer = 9.0 - gaps[3] - 1e-6;
-        let [(near, models), _] = looked(&[9.0, nearer]);
+        let [(near, models), _] = reached(&[9.0, nearer]);
         let first_passed = gaps.iter().position(|gap| gap - gaps[3] - 1e-6 < 0.0);
         assert!(!near.are_clear);
         assert!(near.last < first_passed.expect("one"), "{}", near.last);

@@ -1,4 +1,4 @@
-//! Walking along a flight of a known span in steps each of which provably holds nothing unseen: its lowest gap (theory 8).
+//! The lowest gap \[m\] on a flight of a known span \[s\], by steps each of which provably holds no lower one unseen (theory 8).
 
 use crate::contact::levels::PropagatorLevels;
 use crate::contact::lowest::Lowest;
@@ -9,10 +9,10 @@ use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::tolerance::GAP_ROUNDING;
 
-/// Shortest steps without a proof after which nothing more is expected to be proved.
-const MOST_UNPROVED: usize = 64;
-/// Steps after which a stop out of reach is looked for: damping takes stops out of reach during a flight.
-pub(crate) const STEPS_PER_LOOK: usize = 16;
+/// Shortest steps without a proof after which nothing more is expected to be proved. [work]
+const MOST_UNPROVED_STEPS: usize = 64;
+/// Steps between two checks whether a stop is out of reach for all times to come: damping takes stops out of reach during a flight. [work]
+pub(crate) const STEPS_PER_REACH_CHECK: usize = 16;
 
 /// What the search of a whole flight found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,7 +39,7 @@ impl FlightCheck {
     }
 }
 
-/// How far a violation is followed.
+/// How deep, and how accurately, the search follows a violation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StopDepth {
     /// A violation deeper than this ends the search.
@@ -49,28 +49,28 @@ pub(crate) struct StopDepth {
 }
 
 impl StopDepth {
-    /// The error that a minimum of a value may have.
+    /// The error that a minimum of some value may have.
     fn fineness(self, margin: f64, value: f64) -> f64 {
         (0.1 * margin).max(-self.depth_error * value)
     }
 
-    /// The deepest point, as well as it can be known.
+    /// To the deepest point, as accurately as it can be known.
     pub const FULL: Self = Self {
         enough: f64::INFINITY,
         depth_error: 0.0,
     };
 }
 
-/// What is searched of a flight: its span, the margin within which a gap counts as zero, how far a violation is followed.
+/// The search of one flight: its span, the margin within which a gap counts as zero, how deep a violation is followed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sought {
     pub span: f64,
     pub margin: f64,
-    pub effort: StopDepth,
+    pub stop_depth: StopDepth,
 }
 
 /// A gap at a time of a flight.
-struct Looked<'a, F: LinearFlow> {
+struct GapSample<'a, F: LinearFlow> {
     flow: &'a F,
     gap: &'a GapRow,
     state: &'a [Pair],
@@ -78,12 +78,12 @@ struct Looked<'a, F: LinearFlow> {
     time: f64,
 }
 
-impl<F: LinearFlow> Looked<'_, F> {
-    /// Whether it is known what the gap does in a step; a minimum that is not clear is noted.
+impl<F: LinearFlow> GapSample<'_, F> {
+    /// Whether the model proves what the gap does in a step; a minimum within the margin, or below it, is noted.
     fn tells(
         &self,
         step: f64,
-        (margin, effort): (f64, StopDepth),
+        (margin, stop_depth): (f64, StopDepth),
         check: &mut FlightCheck,
     ) -> bool {
         let &Self { model, time, .. } = self;
@@ -104,7 +104,10 @@ impl<F: LinearFlow> Looked<'_, F> {
                     && model.c[0] - value <= GAP_ROUNDING * model.size;
                 let is_clear = is_contact || value - error > margin;
                 // Of a motion of no size the margin is none: no value is known better than to rounding.
-                let (fine, rounding) = (effort.fineness(margin, value), GAP_ROUNDING * model.size);
+                let (fine, rounding) = (
+                    stop_depth.fineness(margin, value),
+                    GAP_ROUNDING * model.size,
+                );
                 let margin = if error > fine {
                     margin.max(rounding)
                 } else {
@@ -141,7 +144,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
     Sought {
         span,
         margin,
-        effort,
+        stop_depth,
     }: Sought,
     observer: &mut Observer<'_>,
 ) -> Result<FlightCheck> {
@@ -153,7 +156,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
     let mut time = 0.0;
     let mut unproved = 0;
     loop {
-        if steps.is_multiple_of(STEPS_PER_LOOK) {
+        if steps.is_multiple_of(STEPS_PER_REACH_CHECK) {
             flow.norms(state, &mut norms);
             if gap.least(&norms).0 > margin {
                 return Ok(check);
@@ -172,7 +175,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             );
         }
         let floor = match check.violation {
-            Some(lowest) if lowest.gap < -effort.enough => return Ok(check),
+            Some(lowest) if lowest.gap < -stop_depth.enough => return Ok(check),
             Some(lowest) => lowest.gap,
             None => GAP_ROUNDING * model.size,
         };
@@ -182,7 +185,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
             // The state goes on by whole steps of a level: one that is cut short is the last, whatever its sum with the time rounds to.
             is_last = levels.step(level) >= span - time;
             step = levels.step(level).min(span - time);
-            let here = Looked {
+            let here = GapSample {
                 flow,
                 gap,
                 state,
@@ -190,14 +193,14 @@ pub(crate) fn check_flight<F: LinearFlow>(
                 time,
             };
             let proved =
-                model.is_above(floor, step) || here.tells(step, (margin, effort), &mut check);
+                model.is_above(floor, step) || here.tells(step, (margin, stop_depth), &mut check);
             if proved {
                 break;
             }
             if level == levels.deepest {
                 // A step of rounding's length hides nothing; a longer one may hide a whole passage.
                 unproved += 1;
-                if unproved > MOST_UNPROVED || step > f64::EPSILON * span {
+                if unproved > MOST_UNPROVED_STEPS || step > f64::EPSILON * span {
                     check.undecided = Some(time);
                     return Ok(check);
                 }
@@ -244,7 +247,7 @@ mod tests {
         let sought = Sought {
             span: 6.0,
             margin: 1e-12,
-            effort: StopDepth::FULL,
+            stop_depth: StopDepth::FULL,
         };
         check_flight(
             &flow,

@@ -4,14 +4,9 @@ use crate::branch::{ContinuationOptions, EndReason, Heading, Virtual, continuati
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::orbit::{PeriodicOrbit, find_orbit_observed};
+use crate::tolerance::{FOLLOWING_HALVINGS, TRACKED_PHASE_SHIFT, TRACKED_SPEED_CHANGE};
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
-
-/// Halvings of the way.
-const MOST_HALVINGS: usize = 6;
-/// What an impact of the same orbit may move by on a piece of the way: in phase, and in speed as a part of the largest.
-const MOST_SHIFT: f64 = 0.5;
-const MOST_CHANGE: f64 = 0.5;
 
 /// An orbit of the scene of some numbers, followed along a straight way to that of others: at once by Newton's method, by halves of the
 /// way where that fails or comes to an orbit far off, at last by continuation.
@@ -19,7 +14,7 @@ const MOST_CHANGE: f64 = 0.5;
 /// # Errors
 /// `Error::NoConvergence` where the orbit does not reach the end of the way; what `make` says; `Error::Interrupted` when the observer breaks
 /// off.
-pub fn followed(
+pub fn follow_orbit(
     orbit: &PeriodicOrbit,
     make: &dyn Fn(&[f64]) -> Result<Scene>,
     (from, to): (&[f64], &[f64]),
@@ -32,7 +27,7 @@ pub fn followed(
         let between = from.iter().zip(to).map(|(a, b)| a + part * (b - a));
         make(&between.collect::<Vec<f64>>())
     };
-    let by_newton = by_halves(orbit, &at, [0.0, 1.0], MOST_HALVINGS, observer);
+    let by_newton = by_halves(orbit, &at, [0.0, 1.0], FOLLOWING_HALVINGS, observer);
     let Err(failed @ Error::NoConvergence { .. }) = by_newton else {
         return by_newton;
     };
@@ -76,6 +71,7 @@ fn is_near(one: &PeriodicOrbit, other: &PeriodicOrbit) -> bool {
     let mut pairs = one.impacts().iter().zip(other.impacts());
     pairs.all(|(a, b)| {
         let turned = (a.phase - b.phase + PI).rem_euclid(TAU) - PI;
-        turned.abs() <= MOST_SHIFT && (a.approach - b.approach).abs() <= MOST_CHANGE * fastest
+        turned.abs() <= TRACKED_PHASE_SHIFT
+            && (a.approach - b.approach).abs() <= TRACKED_SPEED_CHANGE * fastest
     })
 }

@@ -1,34 +1,29 @@
 //! An orbit as a closed loop, and how the loop changes with a number of its scene: `G_Z dZ = -G_p`, phases held (theory 21).
 
 use crate::branch::{check_same, stretched};
-use crate::derivative::stencil::{Node, Order, Stencil};
+use crate::derivative::stencil::{DifferenceOrder, Stencil, StencilNode};
 use crate::error::{Error, Result, digits};
 use crate::hybrid::ScaledUnits;
 use crate::linalg::singular::Singular;
 use crate::model::Scene;
 use crate::orbit::{
     ContactStage, Event, Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature,
-    begun, legs, with_phase, with_shooting,
+    begun, shooting_flights, with_phase, with_shooting,
 };
-use crate::tolerance::ELSEWHERE;
+use crate::tolerance::{
+    DERIVATIVE_STEP_CHATTER, DERIVATIVE_STEP_EXACT, DERIVATIVE_STEP_INTEGRATED, LEAST_STEP_EFFECT,
+    ORBIT_OF_ANOTHER_SCENE, SAME_STEP_SCALE,
+};
 use nalgebra::{DMatrix, DVector};
 
-/// Steps in parts of the scale of a number: the cube roots of what flights in closed form are known to, and flights that are integrated to
-/// 2e-13; of impacts that accumulate, whose times are known to rounding over their speeds, by differences of fourth order.
-const EXACT_STEP: f64 = 6e-6;
-const INTEGRATED_STEP: f64 = 6e-5;
-const CHATTER_STEP: f64 = 1e-3;
-/// A step that changes what the loop lacks by so little of its size is lost in rounding.
-const UNFELT: f64 = 0.05;
-/// Scales that differ by no more than this factor are as good as each other.
-const SAME_SCALE: f64 = 4.0;
-/// Logarithm of the most by which the depth to which impacts that accumulate are gone through may be another, and halvings of its range.
-const DEEPEST: f64 = 10.0;
+/// Bound on the logarithm of the factor that is sought for the depth to which accumulating impacts are gone through. [work]
+const MOST_DEPTH_LOGARITHM: f64 = 10.0;
+/// Halvings of the range of that logarithm. [work]
 const DEPTH_HALVINGS: usize = 12;
-/// Rounds in which rows and columns are balanced.
-const BALANCINGS: usize = 2;
-/// Tries of a scale.
-const MOST_SCALES: usize = 3;
+/// Rounds in which rows and columns are balanced. [work]
+const BALANCING_ROUNDS: usize = 2;
+/// Scales of a number that are tried. [work]
+const MOST_STEP_SCALES: usize = 3;
 
 /// A closed loop in its scene, with its equations.
 pub(super) struct Loop {
@@ -39,17 +34,17 @@ pub(super) struct Loop {
     /// Number of equations, and of unknowns.
     pub shape: (usize, usize),
     linear: Linearised,
-    /// Of the balanced equations.
+    /// The singular values of the balanced equations.
     singular: Singular,
     balance: Balance,
-    pub step: (f64, Order),
+    pub step: (f64, DifferenceOrder),
 }
 
 /// How a loop changes with a number, and the scenes beside it in which what depends on it is to be compared.
 pub(super) struct LoopRates {
     pub state: ShootingState,
     pub stencil: Stencil,
-    /// The rates of the equations themselves.
+    /// The rates of the scaled residuals of the loop with the number, the loop held, shape (equations,), [-] per unit of the number.
     pub of_equations: DVector<f64>,
 }
 
@@ -68,7 +63,7 @@ impl Balance {
             columns: DVector::from_element(n, 1.0),
         };
         let or_one = |x: f64| if x > 0.0 { x } else { 1.0 };
-        for _ in 0..BALANCINGS {
+        for _ in 0..BALANCING_ROUNDS {
             for (mut row, length) in matrix.row_iter_mut().zip(lengths.rows.iter_mut()) {
                 let own = or_one(row.norm());
                 row /= own;
@@ -88,8 +83,8 @@ fn is_chatter(stage: &ContactStage) -> bool {
     matches!(stage.event, Event::Chatter(_))
 }
 
-/// The factor on a unit of length, to a part of which impacts that accumulate are gone through, for which a loop has so many flights, in the
-/// middle of all such factors: loops beside have as many.
+/// The factor on the unit of length, a part of which ends the list of accumulating impacts, for which a loop has `count` flights: in the
+/// middle of all such factors, so that loops beside it have as many.
 fn depth(
     shooting: &Shooting<'_>,
     state: &ShootingState,
@@ -100,11 +95,11 @@ fn depth(
         let position = units.position * factor;
         let units = ScaledUnits { position, ..*units };
         let ends = shooting.flight_ends(state, &units)?;
-        Ok(legs(shooting.stages, state, &ends, shooting.motion)?.len())
+        Ok(shooting_flights(shooting.stages, state, &ends, shooting.motion)?.len())
     };
-    // The largest logarithm of a factor for which there are so many flights or more.
+    // The largest logarithm of a factor for which there are `count` flights or more.
     let largest = |count: usize| -> Result<f64> {
-        let (mut low, mut high) = (-DEEPEST, DEEPEST);
+        let (mut low, mut high) = (-MOST_DEPTH_LOGARITHM, MOST_DEPTH_LOGARITHM);
         for _ in 0..DEPTH_HALVINGS {
             let middle = 0.5 * (low + high);
             if flights(middle.exp())? >= count {
@@ -119,13 +114,13 @@ fn depth(
 }
 
 /// The step for the motions of a scene, and the order of their differences.
-fn step(scene: &Scene, signature: &Signature) -> (f64, Order) {
+fn step(scene: &Scene, signature: &Signature) -> (f64, DifferenceOrder) {
     if signature.stages.iter().any(is_chatter) {
-        (CHATTER_STEP, Order::Fourth)
+        (DERIVATIVE_STEP_CHATTER, DifferenceOrder::Fourth)
     } else if scene.linear_system("derivatives").is_ok() {
-        (EXACT_STEP, Order::Second)
+        (DERIVATIVE_STEP_EXACT, DifferenceOrder::Second)
     } else {
-        (INTEGRATED_STEP, Order::Second)
+        (DERIVATIVE_STEP_INTEGRATED, DifferenceOrder::Second)
     }
 }
 
@@ -140,7 +135,7 @@ impl Loop {
             }
             Ok((units, shooting.linearised(&state, &units)?))
         })?;
-        if linear.mismatch > ELSEWHERE {
+        if linear.mismatch > ORBIT_OF_ANOTHER_SCENE {
             let rule = format!(
                 "it must be the scene of the orbit, which does not close in it (by {})",
                 digits(linear.mismatch)
@@ -220,10 +215,10 @@ impl Loop {
         let mut scale = unit;
         let mut stencil = Stencil::new(&make, step * scale, order)?;
         let mut lacking = self.lacking(&stencil)?;
-        for _ in 1..MOST_SCALES {
+        for _ in 1..MOST_STEP_SCALES {
             let felt = lacking.rows(0, self.shape.0).amax() * scale;
-            let is_unfelt = felt < UNFELT && scale < 1.0;
-            if !(is_unfelt || felt > SAME_SCALE) {
+            let is_unfelt = felt < LEAST_STEP_EFFECT && scale < 1.0;
+            if !(is_unfelt || felt > SAME_STEP_SCALE) {
                 break;
             }
             scale = (scale / felt).min(unit.max(1.0));
@@ -236,7 +231,7 @@ impl Loop {
         let balanced = (0..none.len()).fold(none.clone(), |xi, k| xi + along(k));
         let xi = balanced.component_div(&self.balance.columns);
         // Where a small change of the number is a large one of the motion a smaller step is as good.
-        if xi.amax() * scale > SAME_SCALE {
+        if xi.amax() * scale > SAME_STEP_SCALE {
             let closer = (step / xi.amax()).max(f64::EPSILON * size / step);
             stencil = Stencil::new(&make, closer, order)?;
         }
@@ -257,10 +252,10 @@ impl Loop {
         })
     }
 
-    /// How what the loop lacks, and with it the states, times and starts of its flights, changes with the number of a stencil, instants held
-    /// at their phases.
+    /// Derivatives of the residuals of the loop, and of the states, times and starts of its flights, by the number of a stencil, with the
+    /// phases of all instants held.
     fn lacking(&self, stencil: &Stencil) -> Result<DVector<f64>> {
-        let there = |node: &Node| {
+        let there = |node: &StencilNode| {
             let state = stretched(&self.state, &self.scene, &node.scene);
             let lacking = self.in_scene(&node.scene, |shooting, units| {
                 shooting.lacking(&state, units, &self.linear)
@@ -276,7 +271,7 @@ impl Loop {
     }
 
     /// The loop that it becomes at a node, to first order.
-    pub fn moved(&self, rates: &ShootingState, node: &Node) -> ShootingState {
+    pub fn moved(&self, rates: &ShootingState, node: &StencilNode) -> ShootingState {
         let moved = self.state.moved(rates, node.offset);
         stretched(&moved, &self.scene, &node.scene)
     }

@@ -1,7 +1,8 @@
 //! Derivatives of periodic orbits and of runs by numbers of their scene, and orbits followed from one set of numbers to another (theory 21).
 
-mod course;
+mod adaptive_differences;
 mod following;
+mod itinerary;
 mod loop_rates;
 mod measured;
 mod multipliers;
@@ -10,10 +11,9 @@ mod of_orbit;
 mod of_run;
 mod rates;
 mod refusal;
-mod settled;
 mod stencil;
 
-pub use following::followed;
+pub use following::follow_orbit;
 pub use of_orbit::{derivatives, derivatives_but_multipliers, derivatives_of};
 pub use of_run::{RunDerivatives, derivatives_of_run};
-pub use rates::Derivatives;
+pub use rates::OrbitDerivatives;

@@ -5,21 +5,17 @@ use crate::derivative::loop_rates::Loop;
 use crate::error::{Result, digits};
 use crate::hybrid::ScaledUnits;
 use crate::orbit::{PeriodicOrbit, Shooting, ShootingState};
+use crate::tolerance::{DEFECTIVE_MULTIPLIER, ISOLATED_MULTIPLIER};
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// A multiplier is one of several where another is this near to it, in parts of the largest, or where `w (J_1 - J_0) v` is this part of its
-/// factors: half the digits are left.
-const DEFECTIVE: f64 = 1e-5;
-/// Where no other is nearer than this part of itself it is none of several, however sensitive.
-const ALONE: f64 = 0.1;
-/// Iterations towards a null vector, each of which takes away all but rounding.
-const ITERATIONS: usize = 3;
+/// Inverse iterations towards a null vector, each of which takes away all but rounding. [work]
+const INVERSE_ITERATIONS: usize = 3;
 
 type ComplexMatrix = DMatrix<Complex<f64>>;
 
-/// The equations of deviations that are gone after a period, and what they have besides of those that come back as they were.
+/// The matrices of `J_mu = J_0 + mu (J_1 - J_0)`: of deviations of which nothing comes back after a period, and what deviations that come back
 struct Deviations {
-    gone: DMatrix<f64>,
+    at_zero: DMatrix<f64>,
     closing: DMatrix<f64>,
 }
 
@@ -27,18 +23,18 @@ impl Deviations {
     fn new(shooting: &Shooting<'_>, units: &ScaledUnits, state: &ShootingState) -> Result<Self> {
         let linear = shooting.linearised(state, units)?;
         Ok(Self {
-            gone: linear.returning(0.0),
+            at_zero: linear.returning(0.0),
             closing: linear.closing,
         })
     }
 
     /// `J_mu`.
     fn at(&self, mu: Complex<f64>) -> ComplexMatrix {
-        self.gone.map(Complex::from) + self.closing.map(Complex::from) * mu
+        self.at_zero.map(Complex::from) + self.closing.map(Complex::from) * mu
     }
 }
 
-/// What a multiplier's derivative is made of.
+/// How the derivative of a multiplier is found.
 enum Sensitivity {
     /// It stays what it is.
     Fixed,
@@ -122,17 +118,17 @@ impl Multipliers {
         (shooting, units): (&Shooting<'_>, &ScaledUnits),
         state: &ShootingState,
     ) -> Result<Vec<f64>> {
-        let Deviations { gone, closing } = Deviations::new(shooting, units, state)?;
-        Ok(gone.iter().chain(closing.iter()).copied().collect())
+        let Deviations { at_zero, closing } = Deviations::new(shooting, units, state)?;
+        Ok(at_zero.iter().chain(closing.iter()).copied().collect())
     }
 
     /// Their derivatives, of those of what was measured; not a number where a multiplier is one of several.
     pub fn derivatives(&self, own: &Loop, measured: &[f64]) -> Vec<Complex<f64>> {
         let (rows, columns) = own.shape;
-        let (gone, closing) = measured.split_at(measured.len() / 2);
+        let (at_zero, closing) = measured.split_at(measured.len() / 2);
         let matrix = |x: &[f64]| DMatrix::from_iterator(rows, columns, x.iter().copied());
         let change = (!measured.is_empty()).then(|| Deviations {
-            gone: matrix(gone),
+            at_zero: matrix(at_zero),
             closing: matrix(closing),
         });
         let each = self.each.iter().map(|own| match (own, &change) {
@@ -152,9 +148,10 @@ impl Multipliers {
     }
 }
 
-/// What the derivative of a multiplier is made of; `others` are all of them, itself too.
+/// How the derivative of a multiplier is found; `others` are all multipliers, this one too.
 fn sensitivity(deviations: &Deviations, mu: Complex<f64>, others: &[Complex<f64>]) -> Sensitivity {
-    let near = |other: &&Complex<f64>| (*other - mu).norm() <= DEFECTIVE * others[0].norm();
+    let near =
+        |other: &&Complex<f64>| (*other - mu).norm() <= DEFECTIVE_MULTIPLIER * others[0].norm();
     if others.iter().filter(near).count() > 1 {
         return Sensitivity::Multiple;
     }
@@ -164,9 +161,9 @@ fn sensitivity(deviations: &Deviations, mu: Complex<f64>, others: &[Complex<f64>
     };
     let per_mu = deviations.closing.map(Complex::from) * &right;
     let over = left.dotc(&per_mu);
-    let beside = |other: &&Complex<f64>| (*other - mu).norm() <= ALONE * mu.norm();
+    let beside = |other: &&Complex<f64>| (*other - mu).norm() <= ISOLATED_MULTIPLIER * mu.norm();
     let is_alone = others.iter().filter(beside).count() == 1;
-    if !is_alone && over.norm() <= DEFECTIVE * per_mu.norm() {
+    if !is_alone && over.norm() <= DEFECTIVE_MULTIPLIER * per_mu.norm() {
         return Sensitivity::Multiple;
     }
     Sensitivity::Simple {
@@ -187,7 +184,7 @@ fn null_vector(mut matrix: ComplexMatrix) -> Option<DVector<Complex<f64>>> {
     }
     let lu = matrix.lu();
     let mut vector = DVector::from_fn(n, |i, _| Complex::new(1.0, 0.1 * i as f64));
-    for _ in 0..ITERATIONS {
+    for _ in 0..INVERSE_ITERATIONS {
         vector = lu.solve(&vector)?.normalize();
     }
     Some(vector)

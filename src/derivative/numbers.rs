@@ -2,16 +2,14 @@
 
 use crate::error::Result;
 use crate::model::{Parameter, Scene, start_of, with_value};
-
-/// What an impact takes of a speed, below which it is no scale of the restitution any more.
-const LEAST_LOSS: f64 = 1e-3;
+use crate::tolerance::LEAST_RESTITUTION_LOSS;
 
 /// Numbers of a scene.
 pub(super) struct Numbers<'a> {
     scene: &'a Scene,
     parameters: &'a [Parameter],
     values: Vec<f64>,
-    /// By how much each may be changed and the motion not be another.
+    /// By how much each may be changed without the motion becoming another one, shape (d,), [units of the numbers].
     pub sizes: Vec<f64>,
 }
 
@@ -39,18 +37,18 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// The same of a motion with impacts that accumulate, which they do for as long as `1/(1 - e)`.
+    /// Scales for a motion with accumulating impacts, which go on for as long as `1/(1 - e)`.
     pub fn accumulating(mut self) -> Self {
         let numbers = self.parameters.iter().zip(&self.values);
         for ((parameter, value), size) in numbers.zip(&mut self.sizes) {
             if let Parameter::Restitution | Parameter::RestitutionOf(_) = parameter {
-                *size = (1.0 - value).max(LEAST_LOSS);
+                *size = (1.0 - value).max(LEAST_RESTITUTION_LOSS);
             }
         }
         self
     }
 
-    /// The same of a motion in which what turns with time turns so far, from time zero on: a frequency is felt by that.
+    /// Scales for a motion whose forcing turns by an angle [rad] from time zero on: a change of the frequency is felt in proportion to it.
     pub fn turning(mut self, angle: f64) -> Self {
         for (parameter, size) in self.parameters.iter().zip(&mut self.sizes) {
             if *parameter == Parameter::Frequency {

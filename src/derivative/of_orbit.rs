@@ -1,35 +1,32 @@
-//! From an orbit to its derivatives.
+//! Derivatives of an orbit by numbers of its scene (theory 21): the loop, its rates, and central differences of what is measured of the loops
+//! beside it, with the reasons where there are none.
 
+use crate::derivative::adaptive_differences::{AdaptiveDifferences, ScaledBlock};
 use crate::derivative::loop_rates::Loop;
-use crate::derivative::measured::{Layout, Mark, Quantity, marks, measured};
+use crate::derivative::measured::{ExtremeQuantity, Mark, MeasurementLayout, marks, measured};
 use crate::derivative::multipliers::Multipliers;
 use crate::derivative::numbers::Numbers;
-use crate::derivative::rates::Derivatives;
+use crate::derivative::rates::OrbitDerivatives;
 use crate::derivative::refusal::{refusal, singular};
-use crate::derivative::settled::{Block, Settled};
-use crate::derivative::stencil::{Differences, Node, Order, Stencil};
+use crate::derivative::stencil::{DifferenceOrder, DifferenceQuotient, Stencil, StencilNode};
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::NO_REST;
 use crate::model::{Parameter, Scene, System};
 use crate::orbit::PeriodicOrbit;
 use crate::quantity::finite;
+use crate::tolerance::{
+    DEVIATION_NOISE_UNIT, FIRST_CHATTER_STEP, LOOP_VALUE_NOISE, SAME_EXTREME_RATE, STEP_REFINEMENT,
+};
 use nalgebra::{Complex, DMatrix};
 
-/// Derivatives at the places of one extreme agree where they differ by no more than this part of the larger.
-const AGREED: f64 = 1e-6;
-/// Where loops beside an orbit have other impacts that accumulate, steps are so much shorter, so often.
-const BORDER: &str =
+/// Why an orbit next to one with other accumulating impacts has no derivative.
+const CHATTER_BORDER: &str =
     "beside the motion impacts that accumulate are others, or come to no rest: one-sided only";
-const BENT: &str = "the motion does not change smoothly with it";
-/// What is unknown of the times of impacts that accumulate, in parts of the motion: rounding over the speed of the last.
-const UNKNOWN: f64 = 1e-9;
-/// The unit of deviations behind impacts that accumulate: their rounding is so much larger.
-const OF_DEVIATIONS: f64 = 10.0;
-const CLOSER: f64 = 0.125;
-const MOST_CLOSER: usize = 4;
-/// They begin so much longer: what is unknown of such loops is the less felt.
-const FARTHER: f64 = 8.0;
+/// Why there is none where no step is short enough.
+const NOT_SMOOTH: &str = "the motion does not change smoothly with it";
+/// Steps that are tried for one number. [work]
+const MOST_STEP_LENGTHS: usize = 4;
 
 /// The derivatives of an orbit by numbers of its scene: those of the orbits of the same pattern in scenes nearby.
 ///
@@ -56,7 +53,7 @@ const FARTHER: f64 = 8.0;
 /// assert!((speed / orbit.impacts()[0].approach - 1.0).abs() < 1e-9);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
-pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Derivatives> {
+pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<OrbitDerivatives> {
     let scene = orbit.scene();
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
     let mut numbers = Numbers::new(scene, parameters, farthest)?;
@@ -76,7 +73,7 @@ pub fn derivatives_of(
     orbit: &PeriodicOrbit,
     make: &dyn Fn(&[f64]) -> Result<Scene>,
     start: &[f64],
-) -> Result<Derivatives> {
+) -> Result<OrbitDerivatives> {
     by_list(orbit, make, start, true)
 }
 
@@ -88,7 +85,7 @@ pub fn derivatives_but_multipliers(
     orbit: &PeriodicOrbit,
     make: &dyn Fn(&[f64]) -> Result<Scene>,
     start: &[f64],
-) -> Result<Derivatives> {
+) -> Result<OrbitDerivatives> {
     by_list(orbit, make, start, false)
 }
 
@@ -97,7 +94,7 @@ fn by_list(
     make: &dyn Fn(&[f64]) -> Result<Scene>,
     start: &[f64],
     has_multipliers: bool,
-) -> Result<Derivatives> {
+) -> Result<OrbitDerivatives> {
     for &value in start {
         finite("start", value)?;
     }
@@ -119,25 +116,25 @@ struct Column {
     multipliers: Vec<Complex<f64>>,
 }
 
-/// What the loops beside an orbit are.
+/// The loops beside an orbit, compared with its own.
 enum Beside {
-    /// Of as many impacts.
-    Alike(Stencil, Differences),
+    /// They have as many impacts.
+    Alike(Stencil, DifferenceQuotient),
     Other,
-    /// Of motions that have no derivatives.
+    /// The equations of the loop are singular.
     Singular,
 }
 
 /// An orbit that is to be differentiated.
-struct Problem<'a> {
+struct DifferentiationProblem<'a> {
     own: &'a Loop,
-    layout: Layout,
+    layout: MeasurementLayout,
     stops: usize,
     marks: &'a [Mark],
     floquet: &'a Multipliers,
 }
 
-impl Problem<'_> {
+impl DifferentiationProblem<'_> {
     /// The derivatives by a number of a size, of which `make` makes scenes; `None`, with the reason, where there are none.
     fn column(
         &self,
@@ -146,17 +143,17 @@ impl Problem<'_> {
         reasons: &mut Vec<String>,
     ) -> Result<Option<Column>> {
         let mut part = match self.own.step.1 {
-            Order::Second => 1.0,
-            Order::Fourth => FARTHER,
+            DifferenceOrder::Second => 1.0,
+            DifferenceOrder::Fourth => FIRST_CHATTER_STEP,
         };
-        let mut settled = Settled::new(self.blocks(), UNKNOWN);
+        let mut differences = AdaptiveDifferences::new(self.blocks(), LOOP_VALUE_NOISE);
         let mut is_alike = false;
-        for _ in 0..MOST_CLOSER {
+        for _ in 0..MOST_STEP_LENGTHS {
             match self.by_steps(make, (size, part), reasons) {
                 Ok(Beside::Alike(stencil, found)) => {
                     is_alike = true;
-                    settled.take(&stencil, &found);
-                    if settled.is_complete() {
+                    differences.take(&stencil, &found);
+                    if differences.is_complete() {
                         break;
                     }
                 }
@@ -165,23 +162,25 @@ impl Problem<'_> {
                 Err(error) if has_no_rest(&error) => {}
                 Err(error) => return Err(error),
             }
-            part *= CLOSER;
+            part *= STEP_REFINEMENT;
         }
-        let Some(mut measured) = settled.derivative() else {
-            reasons.push(if is_alike { BENT } else { BORDER }.to_owned());
+        let Some(mut measured) = differences.derivative() else {
+            reasons.push(if is_alike { NOT_SMOOTH } else { CHATTER_BORDER }.to_owned());
             return Ok(None);
         };
         let deviations = measured.split_off(self.count());
-        let mut extreme = |quantity: Quantity| {
+        let mut extreme = |quantity: ExtremeQuantity| {
             self.extreme(quantity, &measured).unwrap_or_else(|| {
                 reasons.push(format!("{quantity} at several times: one-sided only"));
                 f64::NAN
             })
         };
         Ok(Some(Column {
-            min_gap: (0..self.stops).map(|j| extreme(Quantity::Gap(j))).collect(),
+            min_gap: (0..self.stops)
+                .map(|j| extreme(ExtremeQuantity::Gap(j)))
+                .collect(),
             max_displacement: (0..self.layout.n)
-                .map(|i| extreme(Quantity::Coordinate(i)))
+                .map(|i| extreme(ExtremeQuantity::Coordinate(i)))
                 .collect(),
             multipliers: self.floquet.derivatives(self.own, &deviations),
             measured,
@@ -193,8 +192,8 @@ impl Problem<'_> {
         self.layout.marks() + self.marks.len()
     }
 
-    /// What is measured, with its units.
-    fn blocks(&self) -> Vec<Block> {
+    /// The blocks of the measured numbers, with their units.
+    fn blocks(&self) -> Vec<ScaledBlock> {
         let (layout, units) = (self.layout, &self.own.units);
         let mut all = vec![
             (layout.q0().len(), units.position),
@@ -206,11 +205,11 @@ impl Problem<'_> {
         // The speeds of impacts that accumulate become small, and the last change by less than a short step tells.
         all.extend(layout.speeds().map(|_| (1, units.velocity)));
         all.extend(self.marks.iter().map(|_| (1, units.position)));
-        all.push((self.floquet.n_measured(self.own), OF_DEVIATIONS));
+        all.push((self.floquet.n_measured(self.own), DEVIATION_NOISE_UNIT));
         all
     }
 
-    /// How what is measured changes, by steps that are a part of the usual ones.
+    /// Differences of the measured numbers, by steps that are `part` of the usual ones.
     fn by_steps(
         &self,
         make: &dyn Fn(f64) -> Result<Scene>,
@@ -223,7 +222,7 @@ impl Problem<'_> {
             return Ok(Beside::Singular);
         }
         let (count, more) = (self.count(), self.floquet.n_measured(self.own));
-        let there = |node: &Node| {
+        let there = |node: &StencilNode| {
             let state = self.own.moved(&rates.state, node);
             self.own.in_scene(&node.scene, |shooting, units| {
                 let equations = (shooting, units);
@@ -241,20 +240,20 @@ impl Problem<'_> {
 
     /// The derivative of an extreme: that of the value where it is, zero where it is that of a contact; `None` where it is reached at
     /// several times, whose values change apart from each other.
-    fn extreme(&self, quantity: Quantity, measured: &[f64]) -> Option<f64> {
+    fn extreme(&self, quantity: ExtremeQuantity, measured: &[f64]) -> Option<f64> {
         let at_marks = &measured[self.layout.marks()..];
         let all = self.marks.iter().zip(at_marks);
         let mut values = all.filter(|((own, _), _)| *own == quantity);
         let first = values.next().map_or(0.0, |(_, value)| *value);
         let positions = &measured[..self.layout.n];
         let sizes = positions.iter().chain(at_marks).map(|x| x.abs());
-        let tolerance = AGREED * sizes.fold(0.0, f64::max);
+        let tolerance = SAME_EXTREME_RATE * sizes.fold(0.0, f64::max);
         let is_one = values.all(|(_, value)| (value - first).abs() <= tolerance);
         is_one.then_some(first)
     }
 }
 
-/// Whether it is that impacts do not accumulate.
+/// Whether an error says that impacts do not accumulate.
 fn has_no_rest(error: &Error) -> bool {
     matches!(error, Error::NoConvergence { stage, .. } if *stage == NO_REST)
 }
@@ -286,12 +285,12 @@ fn by_numbers(
     scene: &Scene,
     (make, sizes): (&dyn Fn(usize, f64) -> Result<Scene>, &[f64]),
     has_multipliers: bool,
-) -> Result<Derivatives> {
+) -> Result<OrbitDerivatives> {
     let extremes = orbit.extremes()?;
     let (n, k) = (orbit.scene().n_dof(), orbit.impacts().len());
-    let (layout, stops) = (Layout { n, k }, extremes.gaps.len());
+    let (layout, stops) = (MeasurementLayout { n, k }, extremes.gaps.len());
     let (mut reasons, own) = match Loop::new(scene, orbit) {
-        Err(error) if has_no_rest(&error) => (vec![BORDER.to_owned()], None),
+        Err(error) if has_no_rest(&error) => (vec![CHATTER_BORDER.to_owned()], None),
         own => {
             let own = own?;
             let reason = match refusal(&own, extremes)? {
@@ -310,7 +309,7 @@ fn by_numbers(
         };
         reasons.extend(floquet.reason().map(str::to_owned));
         let marks = &marks(extremes);
-        let problem = Problem {
+        let problem = DifferentiationProblem {
             own,
             layout,
             stops,
@@ -338,7 +337,7 @@ fn by_numbers(
         })
     };
     let nan = Complex::new(f64::NAN, f64::NAN);
-    Ok(Derivatives {
+    Ok(OrbitDerivatives {
         q0: of(layout.q0()),
         v0: of(layout.v0()),
         phase: of(layout.phase()).row(0).transpose(),

@@ -1,29 +1,27 @@
-//! How the states of a run change with numbers of its scene (theory 21): deviations fly, are late at instants and go through impacts, and what
-//! each flight and each impact itself changes by is a difference of that one alone, so that nothing is lost where deviations grow.
+//! Derivatives of the states of a run by numbers of its scene (theory 21, "Runs"). Deviations are transported along arcs and across events;
+//! the partial derivatives of each arc and each event by a number are differences of that one alone, so that no digits are lost where
+//! deviations grow. Unknowns: deviations of (q, v) and the delay of each event, per unit of the number.
 
-use crate::derivative::course::{Course, Leg, MET, SLOW, with_doubts};
+use crate::derivative::adaptive_differences::{AdaptiveDifferences, ScaledBlock};
+use crate::derivative::itinerary::{Itinerary, RunArc, with_doubts};
 use crate::derivative::numbers::Numbers;
-use crate::derivative::refusal::SHORT_CONTACT;
-use crate::derivative::settled::{Block, Settled};
-use crate::derivative::stencil::{Order, Stencil};
+use crate::derivative::stencil::{DifferenceOrder, Stencil};
 use crate::error::{Error, Result};
-use crate::flow::differences::Watch;
+use crate::flow::differences::WarningLog;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{Event, Shooting, with_shooting};
 use crate::simulate::Trajectory;
+use crate::tolerance::{
+    HIT_TOGETHER_GAP, RUN_DERIVATIVE_STEPS, RUN_VALUE_NOISE, SHORT_CONTACT, TOUCHING_IMPACT_SPEED,
+};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-
-/// Steps in parts of the scale of a number, for differences of fourth order: the first is good where what is known to 1e-13 is as smooth as it
-/// is for the numbers of a scene; shorter ones are for what bends more.
-const STEPS: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
-/// What rounding and the errors of flights leave unknown of values, in parts of the motion.
-const UNKNOWN: f64 = 1e-11;
 
 /// How the states of a run change with numbers of its scene, times and the first state being the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunDerivatives {
-    /// For each number the derivatives of `(q, v)`, shape `(m, 2n)`; not a number from where there are none.
+    /// For each number the derivatives of `(q, v)` at m times, shape `(m, 2n)`, [m, m/s] per unit of the number; not a number from where
+    /// there are none.
     pub by: Vec<DMatrix<f64>>,
     /// Why there are none from some time on.
     pub reason: Option<String>,
@@ -63,33 +61,33 @@ pub fn derivatives_of_run(
         reason: None,
     };
     check(run, times)?;
-    let mut course = match Course::of(run)? {
-        Ok(course) => course,
+    let mut itinerary = match Itinerary::of(run)? {
+        Ok(itinerary) => itinerary,
         Err(reason) => {
             found.reason = Some(reason);
             return Ok(found);
         }
     };
-    course.ask(times);
+    itinerary.ask(times);
     let fastest = scene.excitation().rotations.fastest();
     let (first, end) = run.span();
     let turned = fastest * first.abs().max(end.abs());
-    let mut numbers = Numbers::new(scene, parameters, course.units.position)?.turning(turned);
-    if course.legs.iter().any(|leg| leg.is_accumulating) {
+    let mut numbers = Numbers::new(scene, parameters, itinerary.units.position)?.turning(turned);
+    if itinerary.arcs.iter().any(|arc| arc.is_accumulating) {
         numbers = numbers.accumulating();
     }
-    // Of each number how the values of all legs change with it.
+    // For each number the partial derivatives of all arcs and events.
     let mut by_number = Vec::with_capacity(parameters.len());
     for (i, parameter) in parameters.iter().enumerate() {
-        let rates = course.rates(&|offset| numbers.scene(i, offset), numbers.size(i))?;
+        let rates = itinerary.rates(&|offset| numbers.scene(i, offset), numbers.size(i))?;
         if rates.is_none() {
             let reason = format!("by {parameter}: the motion does not change smoothly with it");
             found.reason.get_or_insert(reason);
         }
         by_number.push(rates);
     }
-    let reason = with_doubts(scene, &course.signature, |shooting, watch| {
-        course.carry((shooting, watch), run, &by_number, &mut found)
+    let reason = with_doubts(scene, &itinerary.signature, |shooting, watch| {
+        itinerary.carry((shooting, watch), run, &by_number, &mut found)
     })?;
     found.reason = reason.or(found.reason);
     Ok(found)
@@ -110,14 +108,14 @@ fn check(run: &Trajectory, times: &[f64]) -> Result<()> {
     Ok(())
 }
 
-impl Course {
-    /// What the values of legs consist of.
-    fn blocks(&self) -> Vec<Block> {
-        let n = self.legs[0].state.len() / 2;
+impl Itinerary {
+    /// The blocks of the list that `values` returns, with their units.
+    fn blocks(&self) -> Vec<ScaledBlock> {
+        let n = self.arcs[0].state.len() / 2;
         let state = [(n, self.units.position), (n, self.units.velocity)];
         let mut all = Vec::new();
-        for (k, leg) in self.legs.iter().enumerate() {
-            for _ in 0..=leg.asked.len() {
+        for (k, arc) in self.arcs.iter().enumerate() {
+            for _ in 0..=arc.asked.len() {
                 all.extend(state);
             }
             if self.has_instant(k) {
@@ -129,25 +127,25 @@ impl Course {
         all
     }
 
-    /// Whether something happens at the end of a leg.
+    /// Whether an arc ends with an event, not only with a cut.
     fn has_instant(&self, k: usize) -> bool {
         self.event(k).is_some_and(|event| !self.is_cut(event))
     }
 
-    /// What each leg comes to in a scene, from the state with which it begins: its states at the times that are asked for and at its end, what the
-    /// event there lacks at the time that it has, and what becomes there of the state before it.
+    /// The values of each arc in a scene, from the state with which it begins in the run: its states at the times that are asked for and at
+    /// its end; then for the event there, at its time in the run, the residual of its condition, the state after it and the delay of that.
     fn values(&self, scene: &Scene) -> Result<Vec<f64>> {
         let mut all = Vec::new();
         with_shooting(scene, &self.signature, |shooting, _| {
-            for (k, leg) in self.legs.iter().enumerate() {
-                let mut none = DMatrix::zeros(leg.state.len(), 0);
+            for (k, arc) in self.arcs.iter().enumerate() {
+                let mut none = DMatrix::zeros(arc.state.len(), 0);
                 self.along(shooting, k, &mut none, |x, _| all.extend(x.iter()))?;
                 if let (Some(event), true) = (self.event(k), self.has_instant(k)) {
-                    let mut y = leg.timed(0);
+                    let mut y = arc.timed(0);
                     all.push(self.lacks(shooting, event, &y)?.map_or(0.0, |own| own.0));
                     self.pass(shooting, event, &mut y)?;
                     all.extend(y.state.iter());
-                    all.push(y.time - leg.end);
+                    all.push(y.time - arc.end);
                 }
             }
             Ok(())
@@ -155,7 +153,7 @@ impl Course {
         Ok(all)
     }
 
-    /// Goes along a leg with deviations of its start, and shows both at the times that are asked for and at its end.
+    /// Moves a state along an arc with deviations of its start, and shows both at the times that are asked for and at its end.
     fn along(
         &self,
         shooting: &Shooting<'_>,
@@ -163,9 +161,9 @@ impl Course {
         deviations: &mut DMatrix<f64>,
         mut show: impl FnMut(&DVector<f64>, &DMatrix<f64>),
     ) -> Result<()> {
-        let leg = &self.legs[k];
-        let (mut from, mut state) = (leg.start, leg.state.clone());
-        for to in leg.asked.iter().map(|asked| asked.1).chain([leg.end]) {
+        let arc = &self.arcs[k];
+        let (mut from, mut state) = (arc.start, arc.state.clone());
+        for to in arc.asked.iter().map(|asked| asked.1).chain([arc.end]) {
             let held = self.held(k);
             (shooting.motion).flow(held, (from, to), &mut state, deviations)?;
             show(&state, deviations);
@@ -174,33 +172,33 @@ impl Course {
         Ok(())
     }
 
-    /// How the values change with a number of a size, of which `make` makes scenes, by steps that are short enough for each; `None` where no
-    /// step is.
+    /// Partial derivatives of the values by a number, of which `make` makes scenes and whose scale is `size`; each block by the step that
+    /// suits it, `None` where no step suits one.
     fn rates(&self, make: &dyn Fn(f64) -> Result<Scene>, size: f64) -> Result<Option<Vec<f64>>> {
-        let mut settled = Settled::new(self.blocks(), UNKNOWN);
-        for step in STEPS {
-            let stencil = Stencil::new(make, step * size, Order::Fourth)?;
+        let mut differences = AdaptiveDifferences::new(self.blocks(), RUN_VALUE_NOISE);
+        for step in RUN_DERIVATIVE_STEPS {
+            let stencil = Stencil::new(make, step * size, DifferenceOrder::Fourth)?;
             let found = stencil.differences(|node| self.values(&node.scene))?;
             let Some(found) = found else {
                 return Ok(None);
             };
-            settled.take(&stencil, &found);
-            if settled.is_complete() {
+            differences.take(&stencil, &found);
+            if differences.is_complete() {
                 break;
             }
         }
-        Ok(settled.derivative())
+        Ok(differences.derivative())
     }
 
-    /// Carries deviations through all legs, until there are none any more; why there are none from some time on.
+    /// Transports deviations along all arcs, and returns the reason why they end early, if they do.
     fn carry(
         &self,
-        (shooting, watch): (&Shooting<'_>, &Watch),
+        (shooting, watch): (&Shooting<'_>, &WarningLog),
         run: &Trajectory,
         by_number: &[Option<Vec<f64>>],
         found: &mut RunDerivatives,
     ) -> Result<Option<String>> {
-        let (two_n, count) = (self.legs[0].state.len(), by_number.len());
+        let (two_n, count) = (self.arcs[0].state.len(), by_number.len());
         let mut read = 0;
         // The next values of all numbers, one column each.
         let mut next = |rows: usize| {
@@ -213,14 +211,14 @@ impl Course {
             part
         };
         let mut x = DMatrix::zeros(two_n, count);
-        for (k, leg) in self.legs.iter().enumerate() {
+        for (k, arc) in self.arcs.iter().enumerate() {
             let mut grazes = run.grazes().iter();
-            let touch = grazes.find(|own| leg.start <= own.time && own.time <= leg.end);
-            let mut carried = Vec::with_capacity(leg.asked.len() + 1);
+            let touch = grazes.find(|own| arc.start <= own.time && own.time <= arc.end);
+            let mut carried = Vec::with_capacity(arc.asked.len() + 1);
             self.along(shooting, k, &mut x, |_, x| carried.push(x.clone()))?;
             for (there, asked) in carried
                 .iter_mut()
-                .zip((leg.asked.iter().map(Some)).chain([None]))
+                .zip((arc.asked.iter().map(Some)).chain([None]))
             {
                 *there += next(two_n);
                 // Behind a touch there is none, nor behind a doubt.
@@ -250,13 +248,13 @@ impl Course {
             if self.is_cut(event) {
                 continue;
             }
-            if let Some(reason) = self.refused(shooting, event, leg)? {
+            if let Some(reason) = self.refused(shooting, event, arc)? {
                 return Ok(Some(reason));
             }
-            let rate = shooting.motion.rate(self.held(k), leg.end, &leg.before)?;
-            let mut y = leg.timed(count);
+            let rate = shooting.motion.rate(self.held(k), arc.end, &arc.before)?;
+            let mut y = arc.timed(count);
             y.deviations.copy_from(&x);
-            let mut flow = leg.timed(1);
+            let mut flow = arc.timed(1);
             flow.deviations.copy_from(&rate);
             flow.delays[0] = 1.0;
             let own = self.lacks(shooting, event, &y)?;
@@ -264,7 +262,7 @@ impl Course {
             else {
                 return Ok(Some(format!(
                     "stops that are held receive an impulse at t = {} by themselves",
-                    leg.end
+                    arc.end
                 )));
             };
             let own = own.transpose() + next(1);
@@ -279,35 +277,41 @@ impl Course {
         Ok(None)
     }
 
-    /// Why there are no derivatives behind an event.
-    fn refused(&self, shooting: &Shooting<'_>, event: usize, leg: &Leg) -> Result<Option<String>> {
-        let (at, n) = (leg.end, leg.before.len() / 2);
+    /// The reason why there are no derivatives after an event, if there are none.
+    fn refused(
+        &self,
+        shooting: &Shooting<'_>,
+        event: usize,
+        arc: &RunArc,
+    ) -> Result<Option<String>> {
+        let (at, n) = (arc.end, arc.before.len() / 2);
         if let Event::Strike(stops) = &self.signature.stages[event].event {
-            // Of stops that are met at once some may receive no impulse.
+            // Some of several stops that are met at once may receive no impulse.
             let before = self.held(event - 1);
             for stop in (0..self.n_stops).filter(|stop| !before.contains(stop)) {
-                let gap = shooting.motion.gap(stop, at, &leg.before)?;
+                let gap = shooting.motion.gap(stop, at, &arc.before)?;
                 let size = gap.gradient.amax();
-                let speed = gap.speed(leg.before.rows(n, n));
-                let is_met = gap.gap <= MET * size * self.units.position && speed < 0.0;
+                let speed = gap.speed(arc.before.rows(n, n));
+                let is_met =
+                    gap.gap <= HIT_TOGETHER_GAP * size * self.units.position && speed < 0.0;
                 if is_met && stop != stops[0] {
                     return Ok(Some(format!(
                         "the run hits stops {} and {stop} together at t = {at}: it would hit one of them first",
                         stops[0]
                     )));
                 }
-                let is_slow = speed.abs() <= SLOW * size * self.units.velocity;
-                if stop == stops[0] && is_slow && !leg.is_accumulating {
+                let is_slow = speed.abs() <= TOUCHING_IMPACT_SPEED * size * self.units.velocity;
+                if stop == stops[0] && is_slow && !arc.is_accumulating {
                     return Ok(Some(format!(
                         "the run grazes stop {stop} at t = {at}: one-sided only"
                     )));
                 }
             }
         }
-        let next = &self.legs[event];
+        let next = &self.arcs[event];
         let is_short = next.end - next.start <= SHORT_CONTACT * TAU * self.units.time;
         let held = self.held(event).first();
-        let short = held.filter(|_| is_short && event + 1 < self.legs.len());
+        let short = held.filter(|_| is_short && event + 1 < self.arcs.len());
         Ok(short.map(|stop| {
             format!("the contact with stop {stop} at t = {at} ends as it begins: one-sided only")
         }))

@@ -3,19 +3,8 @@
 use crate::derivative::loop_rates::Loop;
 use crate::error::Result;
 use crate::orbit::{Event, Extremes};
-use crate::tolerance::TOUCHED;
+use crate::tolerance::{COINCIDENT_INSTANTS, FAMILY_PART, SHORT_CONTACT, SINGULAR_LOOP, TOUCHED};
 use nalgebra::DVector;
-
-/// Two instants this near to each other, in parts of the period, are one.
-const MET: f64 = 1e-9;
-/// A contact that lasts no longer, in parts of the period: its duration has no derivative where there is none of it, and near that none of
-/// which digits would be left.
-pub(super) const SHORT_CONTACT: f64 = 1e-6;
-/// Singular values of the equations this small, in parts of the largest: what orbits are known to, 1e-11, over its square is what is known
-/// of a derivative.
-const SINGULAR: f64 = 1e-5;
-/// The part of what changes with a number that is left along a direction in which orbits are free anyhow.
-const NO_PART: f64 = 1e-6;
 
 /// The stop that an orbit touches, without an impact or by one without speed.
 fn touched(own: &Loop, extremes: &Extremes) -> Result<Option<usize>> {
@@ -72,7 +61,7 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
                 "the contact with stop {stop} ends as it begins: one-sided only"
             )));
         }
-        if span <= MET * period {
+        if span <= COINCIDENT_INSTANTS * period {
             return Ok(Some(
                 "two instants of the orbit meet: one-sided only".to_owned(),
             ));
@@ -85,11 +74,11 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
 pub(super) fn singular(own: &Loop, of_equations: &DVector<f64>) -> Option<&'static str> {
     let values = own.singular_values();
     let (least, largest) = (values.first()?, values.last()?);
-    if least.0 > SINGULAR * largest.0 {
+    if least.0 > SINGULAR_LOOP * largest.0 {
         return None;
     }
     let part = own.left_part(least.1, of_equations).abs();
-    Some(if part > NO_PART * of_equations.norm() {
+    Some(if part > FAMILY_PART * of_equations.norm() {
         "the orbit is at a fold, where its derivatives are infinite"
     } else {
         "the orbit is one of a family, or branches meet there"

@@ -1,11 +1,9 @@
 //! The time over which growth is counted, in batches of equal length: means over them, and from how these scatter their errors.
 
-/// Batches that time is divided into.
-const FINEST: usize = 20;
-/// Numbers of batches that are made of those.
-const COARSER: [usize; 5] = [20, 10, 5, 4, 2];
-/// Returns (periods of the forcing, or impacts) that each batch must have for its mean to be one of many that do not depend on each other.
-const RETURNS: usize = 50;
+use crate::tolerance::{FINEST_BATCHES, RETURNS_PER_BATCH};
+
+/// Numbers of batches that are made of the finest ones: the divisors of `FINEST_BATCHES`, but for one. [exact]
+const BATCH_COUNTS: [usize; 5] = [20, 10, 5, 4, 2];
 
 /// Growth at the ends of batches of a span of time.
 pub(crate) struct Batches {
@@ -18,9 +16,9 @@ pub(crate) struct Batches {
 
 /// Means with their errors.
 pub(crate) struct Means {
-    /// Growth per unit time of each exponent in each batch.
+    /// Growth per unit time of each of k exponents in each of b batches, shape (b, k), [1/s].
     pub history: Vec<Vec<f64>>,
-    /// Standard errors of the means: NaN of one batch.
+    /// Standard errors of the means, shape (k,), [1/s]: NaN of one batch.
     pub errors: Vec<f64>,
 }
 
@@ -30,7 +28,7 @@ impl Batches {
         Self {
             start,
             end,
-            growth: Vec::with_capacity(FINEST),
+            growth: Vec::with_capacity(FINEST_BATCHES),
             has_begun: false,
         }
     }
@@ -41,8 +39,10 @@ impl Batches {
             return self.start;
         }
         match self.growth.len() + 1 {
-            k if k < FINEST => self.start + (self.end - self.start) * k as f64 / FINEST as f64,
-            FINEST => self.end,
+            k if k < FINEST_BATCHES => {
+                self.start + (self.end - self.start) * k as f64 / FINEST_BATCHES as f64
+            }
+            FINEST_BATCHES => self.end,
             _ => f64::INFINITY,
         }
     }
@@ -70,10 +70,11 @@ impl Batches {
     /// The means of batches each with enough returns, of which there were so many in all.
     pub fn means(&self, returns: usize) -> Means {
         let all = self.growth.len();
-        let is_enough = |&count: &usize| all == FINEST && returns >= count * RETURNS;
-        let count = COARSER.into_iter().find(is_enough).unwrap_or(1);
+        let is_enough =
+            |&count: &usize| all == FINEST_BATCHES && returns >= count * RETURNS_PER_BATCH;
+        let count = BATCH_COUNTS.into_iter().find(is_enough).unwrap_or(1);
         let each = all / count;
-        let length = (self.end - self.start) * each as f64 / FINEST as f64;
+        let length = (self.end - self.start) * each as f64 / FINEST_BATCHES as f64;
         let at = |batch: usize| batch.checked_sub(1).map(|before| &self.growth[before]);
         let mean = |batch: usize| -> Vec<f64> {
             let (from, to) = (at(batch * each), at((batch + 1) * each));

@@ -11,19 +11,17 @@ use crate::hybrid::{
 use crate::impact::Impact;
 use crate::observer::unless_broken_off;
 use crate::path::Path;
-use crate::tolerance::{AGREED, IMPULSE_ROUNDING, UNCOUPLED};
+use crate::tolerance::{IMPACT_RATE_MATCH, IMPULSE_ROUNDING, MOST_TANGENT_SPREAD, UNCOUPLED};
 use nalgebra::{DMatrix, DVector};
 
-/// Ratio of growths over a piece of a flight above which it is cut: the directions would lose their digits to the fastest one.
-const MOST_SPREAD: f64 = 1e8;
-/// The same below which pieces are put together again.
-const LEAST_SPREAD: f64 = 1e3;
-/// Pieces of a flight beyond which it is cut no further.
-const MOST_PIECES: usize = 1 << 20;
-/// Pieces between two questions whether to go on.
-const PIECES_PER_QUESTION: usize = 256;
+/// Ratio of growths below which pieces of a flight are put together again. [work]
+const LEAST_TANGENT_SPREAD: f64 = 1e3;
+/// Pieces of a flight beyond which it is cut no further. [work]
+const MOST_TANGENT_PIECES: usize = 1 << 20;
+/// Pieces between two questions whether to go on. [work]
+const PIECES_PER_POLL: usize = 256;
 
-/// What is counted of a motion while growth is.
+/// Events of a motion that are counted together with the growth of deviations.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Counted {
     pub impacts: usize,
@@ -56,7 +54,7 @@ pub(crate) struct Follower<T> {
 }
 
 impl<T: Tangents> Follower<T> {
-    /// Of a motion with deviations in k directions.
+    /// A follower of a motion with deviations in k directions.
     pub fn new(tangents: T, frame: Frame, batches: Batches) -> Self {
         Self {
             tangents,
@@ -135,7 +133,7 @@ impl<T: Tangents> Follower<T> {
             } else {
                 self.batches.begin();
                 self.frame.begin_anew();
-                // What would leave the stops that are held is gone from the beginning.
+                // Deviations that would leave the stops that are held are taken away from the beginning.
                 if !held.is_empty() {
                     self.land(t, held, held.len())?;
                 }
@@ -161,12 +159,15 @@ impl<T: Tangents> Follower<T> {
                 self.tangents
                     .fly(held, (at(piece), to), &mut self.frame.columns)?;
                 spread = spread.max(self.frame.orthonormalise());
-                if spread > MOST_SPREAD {
+                if spread > MOST_TANGENT_SPREAD {
                     break;
                 }
             }
-            if spread <= MOST_SPREAD || start + 0.5 * length <= start || self.pieces > MOST_PIECES {
-                if spread < LEAST_SPREAD {
+            if spread <= MOST_TANGENT_SPREAD
+                || start + 0.5 * length <= start
+                || self.pieces > MOST_TANGENT_PIECES
+            {
+                if spread < LEAST_TANGENT_SPREAD {
                     self.pieces = self.pieces.div_ceil(2);
                 }
                 return Ok(());
@@ -180,13 +181,13 @@ impl<T: Tangents> Follower<T> {
     /// Whether to go on.
     fn ask(&mut self) -> Result<()> {
         self.asked += 1;
-        if self.asked.is_multiple_of(PIECES_PER_QUESTION) {
+        if self.asked.is_multiple_of(PIECES_PER_POLL) {
             unless_broken_off()?;
         }
         Ok(())
     }
 
-    /// What happens between two segments, on the second of which some stops are held.
+    /// Passes the impacts and landings between two segments; `held` are the stops held on the second one.
     fn pass_instant(&mut self, t: f64, held: &[usize]) -> Result<()> {
         if !self.struck.is_empty() {
             let struck = std::mem::take(&mut self.struck);
@@ -255,8 +256,8 @@ impl<T: Tangents> Follower<T> {
                 let hit: Vec<usize> = (stops.iter().copied())
                     .filter(|stop| !before.contains(stop))
                     .collect();
-                let order = Order::of(maps, &hit, t, state)?;
-                let is_joint = order == Order::Coupled || hit.len() < stops.len();
+                let order = ImpactOrder::of(maps, &hit, t, state)?;
+                let is_joint = order == ImpactOrder::Coupled || hit.len() < stops.len();
                 let rounds: Vec<usize> = if is_joint {
                     hit.first().or(stops.first()).copied().into_iter().collect()
                 } else {
@@ -275,7 +276,7 @@ impl<T: Tangents> Follower<T> {
                     };
                     across_impact(maps, &instant, state, own)?;
                 }
-                Ok(order != Order::Free)
+                Ok(order != ImpactOrder::Free)
             })?;
         self.counted.clashes += usize::from(is_clash && self.batches.has_begun());
         Ok(())
@@ -310,7 +311,7 @@ impl<T: Tangents> Follower<T> {
         let gone = self.tangents.physically(columns, |maps, state, own| {
             let landing = Landing::new(maps, held, t, state)?;
             landing.take(own);
-            Ok(landing.gone())
+            Ok(landing.n_lost_directions())
         })?;
         self.frame
             .collapse(self.frame.columns.nrows().saturating_sub(gone));
@@ -318,10 +319,10 @@ impl<T: Tangents> Follower<T> {
     }
 }
 
-/// What the order of impacts on several stops at one instant means.
+/// Whether the order of impacts on several stops at one instant matters to deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Order {
-    /// Nothing.
+enum ImpactOrder {
+    /// It does not matter.
     Free,
     /// An impact on one changes the speed at another: the outcome jumps.
     Coupled,
@@ -329,7 +330,7 @@ enum Order {
     Matters,
 }
 
-impl Order {
+impl ImpactOrder {
     fn of<M: HybridMaps>(maps: &M, stops: &[usize], t: f64, state: &DVector<f64>) -> Result<Self> {
         let mut found = Self::Free;
         for (i, &one) in stops.iter().enumerate() {
@@ -357,7 +358,7 @@ impl Order {
                     Ok(own)
                 };
                 let (first, second) = (both([one, other])?, both([other, one])?);
-                if (&first - second).amax() > AGREED * first.amax() {
+                if (&first - second).amax() > IMPACT_RATE_MATCH * first.amax() {
                     found = Self::Matters;
                 }
             }

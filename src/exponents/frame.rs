@@ -1,21 +1,19 @@
 //! An orthonormal frame of deviations that is carried along a motion, and how its columns grow.
 
+use crate::tolerance::{COLLAPSED_DIRECTION, TANGENT_DIGITS_LOST};
 use nalgebra::{DMatrix, DVector};
 
-/// What is left of a direction below this part of the largest is rounding: there is none.
-const NOTHING: f64 = 1e-12;
-/// What is left of a direction below this part of the largest has lost digits.
-const LOST: f64 = 1e-5;
+/// Lengths whose squares neither overflow nor underflow, nor do sums of them. [exact]
+const SQUARABLE_LENGTHS: std::ops::Range<f64> = 1e-140..1e140;
 
-/// Lengths whose squares have room.
-const ROOM: std::ops::Range<f64> = 1e-140..1e140;
-
-/// Products of lengths stay within these, so that few logarithms are taken.
-const USUAL: std::ops::Range<f64> = 1e-100..1e100;
+/// Products of lengths are kept within these, so that few logarithms are taken. [work]
+const UNLOGGED_GROWTH: std::ops::Range<f64> = 1e-100..1e100;
 
 /// Deviations from a motion, one a column, each the one that an exponent belongs to; those that contact has taken away are gone.
 #[derive(Debug, Clone)]
 pub(crate) struct Frame {
+    /// The directions, orthonormal after each impact and each piece of a flight, shape (2n, k), [m, m/s], or in modal coordinates where the
+    /// motion is followed in them.
     pub columns: DMatrix<f64>,
     /// The exponent of each column.
     owner: Vec<usize>,
@@ -75,8 +73,8 @@ impl Frame {
         most / least
     }
 
-    /// The same behind a map whose determinant has a known logarithm: of a frame of all directions it says what the last one has grown by
-    /// where that has lost its digits to the others.
+    /// The same after a map whose determinant has a known logarithm: in a frame of all directions it gives the growth of the last one where
+    /// that has lost its digits to the others.
     pub fn orthonormalise_of(&mut self, log_determinant: f64) {
         let last = self.owner.len() - 1;
         if last + 1 < self.columns.nrows() {
@@ -91,7 +89,7 @@ impl Frame {
             self.grow(j, length);
         }
         let length = self.straightened(last);
-        if length > LOST * size {
+        if length > TANGENT_DIGITS_LOST * size {
             self.grow(last, length);
             return;
         }
@@ -105,14 +103,14 @@ impl Frame {
         self.growth[self.owner[last]].0 += log_determinant - grown;
     }
 
-    /// The same behind a contact that leaves no more than so many directions: the others are gone.
+    /// The same after a contact that leaves `left` directions at most: the others are taken away.
     pub fn collapse(&mut self, left: usize) {
         let sizes = self.columns.column_iter().map(|c| c.norm());
         let size = sizes.fold(0.0, f64::max);
         let mut j = 0;
         while j < self.owner.len() {
             let length = if j < left { self.straightened(j) } else { 0.0 };
-            if length > NOTHING * size {
+            if length > COLLAPSED_DIRECTION * size {
                 self.grow(j, length);
                 j += 1;
             } else {
@@ -128,7 +126,7 @@ impl Frame {
         self.columns.column_mut(j).unscale_mut(length);
         let (log, factor) = &mut self.growth[self.owner[j]];
         *factor *= length;
-        if !USUAL.contains(factor) {
+        if !UNLOGGED_GROWTH.contains(factor) {
             *log += factor.ln();
             *factor = 1.0;
         }
@@ -147,7 +145,7 @@ impl Frame {
         }
         // Squares of what is this small or large have no room.
         match column.amax() {
-            size if size == 0.0 || ROOM.contains(&size) => column.norm(),
+            size if size == 0.0 || SQUARABLE_LENGTHS.contains(&size) => column.norm(),
             size => size * (column / size).norm(),
         }
     }
@@ -165,7 +163,7 @@ fn beside(others: &[DVector<f64>], dimensions: usize) -> Option<DVector<f64>> {
         }
         unit
     });
-    // Of as many unit vectors as there are dimensions one is this far from what is known.
+    // One of the unit vectors is at least this far from the span of fewer directions.
     let own = units.find(|unit| unit.norm() > 0.5 / (dimensions as f64).sqrt())?;
     Some(own.normalize())
 }

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::exponents::tangents::Tangents;
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
-use crate::flow::differences::Watch;
+use crate::flow::differences::WarningLog;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
 use crate::model::Scene;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// The state where the motion is.
 pub(crate) struct IntegratedTangents {
     maps: IntegratedMaps,
-    watch: Arc<Watch>,
+    doubts: Arc<WarningLog>,
     tolerance: Tolerance,
     state: DVector<f64>,
 }
@@ -36,10 +36,10 @@ impl IntegratedTangents {
             relative: tolerances.relative,
             absolute: tolerances.absolute.unwrap_or_else(usual),
         };
-        let (maps, watch) = IntegratedMaps::new(scene, scene.phase()).watched();
+        let (maps, doubts) = IntegratedMaps::new(scene, scene.phase()).watched();
         Self {
             maps,
-            watch,
+            doubts,
             tolerance,
             state: DVector::zeros(2 * scene.n_dof()),
         }
@@ -55,7 +55,7 @@ impl Tangents for IntegratedTangents {
     }
 
     fn doubt_since(&self, time: f64) -> Option<String> {
-        let [_, last] = self.watch.noted()?;
+        let [_, last] = self.doubts.noted()?;
         (last.time() >= time).then(|| last.reason())
     }
 

@@ -8,21 +8,21 @@ use crate::exponents::integrated_tangents::IntegratedTangents;
 use crate::exponents::modal_tangents::ModalTangents;
 use crate::exponents::motion::verdict_of_motion;
 use crate::exponents::tangents::Tangents;
-use crate::exponents::verdict::{Attraction, Drive, verdict};
+use crate::exponents::verdict::{Attraction, ForcingKind, verdict};
 use crate::flow::TimedScene;
 use crate::hybrid::AnyLoop;
 use crate::model::{Forcing, Scene, System};
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{
-    Ending, Keep, Method, Piece, Run, RunVisitor, SimulateOptions, Status, visit_runs,
+    Ending, Keep, Method, Run, RunPiece, RunVisitor, SimulateOptions, Status, visit_runs,
 };
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// Pieces in which a motion without a period is integrated.
-const PIECES: f64 = 1000.0;
+/// Pieces in which a motion without a period is integrated. [work]
+const LYAPUNOV_PIECES: f64 = 1000.0;
 
 /// Options of [`lyapunov_exponents`].
 #[derive(Debug, Clone, PartialEq)]
@@ -55,17 +55,18 @@ impl Default for LyapunovOptions {
 /// How fast small deviations from a motion grow, in k directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LyapunovExponents {
-    /// Growth per unit time, the largest first; minus infinity where contact takes a direction away; NaN where the run ends before any
-    /// time counts, and where deviations have no derivative that is known. Shape `(k,)`.
+    /// Growth per unit time, the largest first, shape `(k,)`, [1/s]; minus infinity where contact takes a direction away; NaN where the run
+    /// ends before any time counts, and where deviations have no derivative that is known.
     pub exponents: Vec<f64>,
-    /// Standard errors from the means of batches; NaN where time is too short for two of them, zero of minus infinity. Shape `(k,)`.
+    /// Standard errors from the means of batches, shape `(k,)`, [1/s]; NaN where time is too short for two of them, zero of minus infinity.
     pub errors: Vec<f64>,
     /// The sum of all 2n; NaN where fewer are asked for.
     pub sum: f64,
     /// The sum as damping and restitution make it, of linear scenes while nothing sticks; else NaN.
     pub expected_sum: f64,
-    /// Growth per unit time in each of b batches of equal length, at most 20, each with at least 50 returns (periods of the forcing;
-    /// without one impacts, or turns of its slowest tone, whichever are more); one where there are fewer than 100. Shape `(b, k)`.
+    /// Growth per unit time in each of b batches of equal length, shape `(b, k)`, [1/s]; at most 20 batches, each with at least 50 returns
+    /// (periods of the forcing; without one impacts, or turns of its slowest tone, whichever are more), and one where there are fewer than
+    /// 100.
     pub history: DMatrix<f64>,
     /// Impacts in the time that counts.
     pub n_impacts: usize,
@@ -159,7 +160,7 @@ pub fn lyapunov_exponents_observed(
     let (followed, ended) = visit_runs(scene, &run, exponents)?;
     let mut found = gathered(scene, &followed, &ended);
     if found.verdict == Attraction::Torus
-        && let (Drive::Periodic, Some(period)) = (drive(scene), scene.period())
+        && let (ForcingKind::Periodic, Some(period)) = (drive(scene), scene.period())
     {
         let motion = ((q0, v0), (t_span.0, ended.time));
         (found.verdict, found.message) = verdict_of_motion(scene, period, motion, &run, observer)?;
@@ -171,8 +172,8 @@ pub fn lyapunov_exponents_observed(
     Ok(found)
 }
 
-/// What following a motion has left.
-struct Followed {
+/// The frame, the batches and the counts after a motion was followed.
+struct GrowthRecord {
     frame: Frame,
     batches: Batches,
     counted: Counted,
@@ -192,7 +193,7 @@ struct Exponents<'s> {
 }
 
 impl RunVisitor for Exponents<'_> {
-    type Output = (Followed, Ending);
+    type Output = (GrowthRecord, Ending);
 
     const BY_EXACT_FLIGHTS: &'static str = "lyapunov_exponents with method=\"exact\"";
 
@@ -207,7 +208,7 @@ impl RunVisitor for Exponents<'_> {
             return self.along(make(), evaluator, tangents, None);
         }
         let tangents = IntegratedTangents::new(self.scene, self.options.tolerances(), self.start);
-        let whole = (self.t_span.1 - self.t_span.0) / PIECES;
+        let whole = (self.t_span.1 - self.t_span.0) / LYAPUNOV_PIECES;
         let every = self
             .scene
             .period()
@@ -224,11 +225,11 @@ impl Exponents<'_> {
         evaluator: Evaluator,
         tangents: T,
         every: Option<f64>,
-    ) -> Result<(Followed, Ending)> {
+    ) -> Result<(GrowthRecord, Ending)> {
         let mut follower = Follower::new(tangents, self.frame, self.batches);
         follower.tangents.begin(self.start);
         let n_dof = run.n_dof;
-        let take = &mut |mut piece: Piece| {
+        let take = &mut |mut piece: RunPiece| {
             let path = piece.path(evaluator.clone(), n_dof);
             follower.tangents.hold(&path.evaluator);
             follower.follow(&path, &piece.impacts, &piece.grazes)
@@ -237,7 +238,7 @@ impl Exponents<'_> {
         let ending = run.in_pieces((q0, v0), self.t_span, every, self.observer, take)?;
         follower.finish(ending.time)?;
         let doubt = (follower.tangents).doubt_since(follower.batches.start());
-        let followed = Followed {
+        let followed = GrowthRecord {
             doubt,
             frame: follower.frame,
             batches: follower.batches,
@@ -247,17 +248,17 @@ impl Exponents<'_> {
     }
 }
 
-/// What drives a scene.
-fn drive(scene: &Scene) -> Drive {
+/// The kind of forcing of a scene.
+fn drive(scene: &Scene) -> ForcingKind {
     let excitation = scene.excitation();
     if !excitation.signals.is_empty() {
-        Drive::Signals
+        ForcingKind::Signals
     } else if scene.period().is_some() {
-        Drive::Periodic
+        ForcingKind::Periodic
     } else if matches!(scene.forcing(), Forcing::Unforced) {
-        Drive::None
+        ForcingKind::None
     } else {
-        Drive::Tones
+        ForcingKind::Tones
     }
 }
 
@@ -272,8 +273,8 @@ fn has_no_torus(scene: &Scene) -> bool {
 }
 
 /// The exponents of a motion that was followed to its end.
-fn gathered(scene: &Scene, followed: &Followed, ended: &Ending) -> LyapunovExponents {
-    let Followed {
+fn gathered(scene: &Scene, followed: &GrowthRecord, ended: &Ending) -> LyapunovExponents {
+    let GrowthRecord {
         frame,
         batches,
         counted,

@@ -9,9 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// States that are looked at, one in each period of the forcing, and the longest period of what repeats itself but for an advance.
-const STATES: usize = 1000;
-const LONGEST: usize = 32;
+/// States, one in each period of the forcing, by which a torus is told from a drift and from slow decay. [work]
+const RECURRENCE_STATES: usize = 1000;
+/// The most periods of the forcing after which a motion is looked for to repeat itself but for an advance. [work]
+const LONGEST_DRIFT_PERIOD: usize = 32;
 
 /// The verdict on a motion from a state under a forcing of some period, one of whose exponents is zero, and why it is that: it is gone
 /// through once more and carried on from where it ended.
@@ -22,8 +23,10 @@ pub(super) fn verdict_of_motion(
     options: &SimulateOptions,
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Attraction, String)> {
-    let times: Vec<f64> = (0..STATES).map(|k| end + k as f64 * period).collect();
-    let span = (start, times[STATES - 1]);
+    let times: Vec<f64> = (0..RECURRENCE_STATES)
+        .map(|k| end + k as f64 * period)
+        .collect();
+    let span = (start, times[RECURRENCE_STATES - 1]);
     let sampled = SimulateOptions {
         keep: Keep::Final,
         t_eval: Some(times),
@@ -36,15 +39,11 @@ pub(super) fn verdict_of_motion(
     }
     let (_, q, v) = run.samples()?;
     let n = q.ncols();
-    let states = DMatrix::from_fn(
-        STATES,
-        2 * n,
-        |k, j| {
-            if j < n { q[(k, j)] } else { v[(k, j - n)] }
-        },
-    );
+    let states = DMatrix::from_fn(RECURRENCE_STATES, 2 * n, |k, j| {
+        if j < n { q[(k, j)] } else { v[(k, j - n)] }
+    });
     let measure = Measure::new(&vec![0.0; n], TAU / period);
-    if let Some(found) = advance(&states, &measure, LONGEST) {
+    if let Some(found) = advance(&states, &measure, LONGEST_DRIFT_PERIOD) {
         return Ok((Attraction::Drift, found.told()));
     }
     if comes_back(&states, &measure) {

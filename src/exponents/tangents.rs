@@ -1,4 +1,4 @@
-//! What carries deviations along a motion that is known, in coordinates of its own.
+//! Transport of deviations along a known motion, in coordinates of its own (modal or physical).
 
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
@@ -10,7 +10,7 @@ use std::ops::Range;
 pub(crate) trait Tangents {
     /// The maps of its instants, in (q, v).
     type Maps: HybridMaps;
-    /// What its state is.
+    /// The type of its state.
     type State: Clone;
 
     fn maps(&self) -> &Self::Maps;
@@ -23,7 +23,7 @@ pub(crate) trait Tangents {
 
     /// Is where the motion begins, before any impact there.
     fn begin(&mut self, start: (&DVector<f64>, &DVector<f64>));
-    /// Takes the motions while stops are held, which what reads a path knows.
+    /// Takes over the constrained motions of an evaluator.
     fn hold(&mut self, evaluator: &Evaluator);
     /// The arcs of a segment, in spans over which the motion goes on by itself from where it begins.
     fn spans(arcs: Range<usize>) -> impl Iterator<Item = Range<usize>>;

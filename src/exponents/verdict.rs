@@ -28,9 +28,9 @@ impl Attraction {
     }
 }
 
-/// What drives a motion.
+/// The kind of forcing of a motion, as far as it matters to exponents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Drive {
+pub(crate) enum ForcingKind {
     /// Nothing: along the motion deviations neither grow nor die out.
     None,
     /// Something of one period.
@@ -42,7 +42,12 @@ pub(crate) enum Drive {
 }
 
 /// The verdict on exponents, largest first, that are zero as far as anybody can tell within three errors, and within `least`.
-pub(crate) fn verdict(exponents: &[f64], errors: &[f64], drive: Drive, least: f64) -> Attraction {
+pub(crate) fn verdict(
+    exponents: &[f64],
+    errors: &[f64],
+    drive: ForcingKind,
+    least: f64,
+) -> Attraction {
     let sign = |i: usize| -> Option<i8> {
         if errors[i].is_nan() {
             return None;
@@ -60,7 +65,7 @@ pub(crate) fn verdict(exponents: &[f64], errors: &[f64], drive: Drive, least: f6
     let Some(mut signs) = signs else {
         return Attraction::Undecided;
     };
-    if drive == Drive::None
+    if drive == ForcingKind::None
         && let Some(along) = signs.iter().position(|sign| *sign == 0)
     {
         signs.remove(along);
@@ -68,8 +73,8 @@ pub(crate) fn verdict(exponents: &[f64], errors: &[f64], drive: Drive, least: f6
     match (signs.first(), drive) {
         (Some(1), _) => Attraction::Chaotic,
         (Some(0), _) if signs[1..].iter().all(|sign| *sign < 0) => Attraction::Torus,
-        (Some(-1) | None, Drive::None | Drive::Periodic) => Attraction::Periodic,
-        (Some(-1), Drive::Tones) => Attraction::Torus,
+        (Some(-1) | None, ForcingKind::None | ForcingKind::Periodic) => Attraction::Periodic,
+        (Some(-1), ForcingKind::Tones) => Attraction::Torus,
         _ => Attraction::Undecided,
     }
 }
@@ -83,23 +88,38 @@ mod tests {
         let of = |exponents: &[f64], drive| {
             verdict(exponents, &vec![0.01; exponents.len()], drive, 1e-3)
         };
-        assert_eq!(of(&[0.1, -0.3], Drive::Periodic), Attraction::Chaotic);
-        assert_eq!(of(&[-0.1, -0.3], Drive::Periodic), Attraction::Periodic);
-        assert_eq!(of(&[0.02, -0.3], Drive::Periodic), Attraction::Torus);
-        assert_eq!(of(&[0.02, 0.01], Drive::Periodic), Attraction::Undecided);
+        assert_eq!(of(&[0.1, -0.3], ForcingKind::Periodic), Attraction::Chaotic);
+        assert_eq!(
+            of(&[-0.1, -0.3], ForcingKind::Periodic),
+            Attraction::Periodic
+        );
+        assert_eq!(of(&[0.02, -0.3], ForcingKind::Periodic), Attraction::Torus);
+        assert_eq!(
+            of(&[0.02, 0.01], ForcingKind::Periodic),
+            Attraction::Undecided
+        );
         let none = f64::NEG_INFINITY;
-        assert_eq!(of(&[none, none], Drive::Periodic), Attraction::Periodic);
-        assert_eq!(of(&[0.001, -0.3], Drive::None), Attraction::Periodic);
-        assert_eq!(of(&[-0.1, -0.3], Drive::None), Attraction::Periodic);
-        assert_eq!(of(&[0.2, 0.0, -0.3], Drive::None), Attraction::Chaotic);
-        assert_eq!(of(&[0.0, 0.0, -0.3], Drive::None), Attraction::Torus);
-        assert_eq!(of(&[0.0], Drive::None), Attraction::Periodic);
-        assert_eq!(of(&[-0.1, -0.3], Drive::Tones), Attraction::Torus);
-        assert_eq!(of(&[-0.1, -0.3], Drive::Signals), Attraction::Undecided);
-        assert_eq!(of(&[0.1, -0.3], Drive::Signals), Attraction::Chaotic);
+        assert_eq!(
+            of(&[none, none], ForcingKind::Periodic),
+            Attraction::Periodic
+        );
+        assert_eq!(of(&[0.001, -0.3], ForcingKind::None), Attraction::Periodic);
+        assert_eq!(of(&[-0.1, -0.3], ForcingKind::None), Attraction::Periodic);
+        assert_eq!(
+            of(&[0.2, 0.0, -0.3], ForcingKind::None),
+            Attraction::Chaotic
+        );
+        assert_eq!(of(&[0.0, 0.0, -0.3], ForcingKind::None), Attraction::Torus);
+        assert_eq!(of(&[0.0], ForcingKind::None), Attraction::Periodic);
+        assert_eq!(of(&[-0.1, -0.3], ForcingKind::Tones), Attraction::Torus);
+        assert_eq!(
+            of(&[-0.1, -0.3], ForcingKind::Signals),
+            Attraction::Undecided
+        );
+        assert_eq!(of(&[0.1, -0.3], ForcingKind::Signals), Attraction::Chaotic);
         let nan = [f64::NAN];
         assert_eq!(
-            verdict(&[1.0], &nan, Drive::Periodic, 1.0),
+            verdict(&[1.0], &nan, ForcingKind::Periodic, 1.0),
             Attraction::Undecided
         );
     }

@@ -5,21 +5,21 @@
 use crate::flow::drive::{Alone, Drive};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow, fitted_step, softest_rate};
-use crate::flow::looks::{LookDerivatives, Stride};
 use crate::flow::registers::turned;
+use crate::flow::samples::{SampleDerivatives, Stride};
 use crate::linalg::plane::{longer_than, plus, times};
 use crate::modal::{Block, ModalState, Pair, Propagation};
 use crate::model::Moment;
 use nalgebra::Complex;
 
-/// Blocks whose exponentials are made at once.
-const AT_ONCE: usize = 4;
-/// Blocks up to which eight looks at once are worth their room.
-const MOST_ABREAST: usize = 64;
+/// Blocks whose exponentials are made at once. [work]
+const BLOCKS_AT_ONCE: usize = 4;
+/// Number of blocks up to which eight samples at once are faster than one after another. [work]
+const MOST_SAMPLED_BLOCKS: usize = 64;
 
 /// One block with what its propagation and its bounds need.
 #[derive(Debug, Clone)]
-struct Part {
+struct FlowBlock {
     block: Block,
     propagation: Propagation,
     matrix: [Pair; 2],
@@ -38,7 +38,7 @@ struct Part {
 /// A flow that uncouples into blocks of two.
 #[derive(Debug, Clone)]
 pub(crate) struct BlockFlow<D> {
-    parts: Vec<Part>,
+    parts: Vec<FlowBlock>,
     longest_step: f64,
     holds_for_ever: bool,
     /// The longest step within a piece of a signal.
@@ -94,7 +94,7 @@ impl<D: Drive> BlockFlow<D> {
             let norm = block.norm(softest);
             let rest = block.equilibrium(drive.load(j));
             let has_rest = rest.iter().all(|x| x.is_finite());
-            Part {
+            FlowBlock {
                 block,
                 propagation: block.propagation(),
                 matrix: block.matrix(),
@@ -150,8 +150,8 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator) {
         propagator.turn = self.drive.turn(t);
         propagator.parts.clear();
-        for (chunk, parts) in self.parts.chunks(AT_ONCE).enumerate() {
-            let [mut angles, mut exponents] = [[0.0; AT_ONCE]; 2];
+        for (chunk, parts) in self.parts.chunks(BLOCKS_AT_ONCE).enumerate() {
+            let [mut angles, mut exponents] = [[0.0; BLOCKS_AT_ONCE]; 2];
             for (k, part) in parts.iter().enumerate() {
                 [angles[k], exponents[k]] = part.propagation.rates().map(|rate| rate * t);
             }
@@ -164,7 +164,7 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
                     t,
                     exponential: part.propagation.made_of(t, turn, turned.powers[k]),
                 };
-                let reply = self.drive.reply(AT_ONCE * chunk + k, &alone);
+                let reply = self.drive.reply(BLOCKS_AT_ONCE * chunk + k, &alone);
                 (alone.exponential, reply)
             });
             propagator.parts.extend(made);
@@ -175,18 +175,18 @@ impl<D: Drive> LinearFlow for BlockFlow<D> {
         let constant = D::read(&[]);
         let strides = (propagator.parts.iter())
             .map(|(matrix, reply)| Stride::of(matrix, D::added(reply, constant)));
-        (D::IS_CONSTANT && self.parts.len() <= MOST_ABREAST).then(|| strides.collect())
+        (D::IS_CONSTANT && self.parts.len() <= MOST_SAMPLED_BLOCKS).then(|| strides.collect())
     }
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut [LookDerivatives]) {
+    fn sample(&self, strides: &[Stride], state: &[Pair], samples: &mut [SampleDerivatives]) {
         // Not by an iterator's own loop, which is compiled for other registers.
         let parts = self.parts.iter().zip(strides).zip(state);
-        for (j, (look, ((part, stride), &z))) in looks.iter_mut().zip(parts).enumerate() {
+        for (j, (sample, ((part, stride), &z))) in samples.iter_mut().zip(parts).enumerate() {
             let [input, ..] = self.drive.inputs(j, D::read(&[]));
             let block = (&part.matrix, input, part.scale);
-            *look = LookDerivatives::of(block, stride, z);
+            *sample = SampleDerivatives::of(block, stride, z);
         }
     }
 
@@ -309,7 +309,7 @@ impl<D: Drive> FlowRows for BlockFlow<D> {
 
     fn norms(&self, state: &[Pair], norms: &mut Vec<f64>) {
         norms.clear();
-        let norm = |(z, part): (&Pair, &Part)| {
+        let norm = |(z, part): (&Pair, &FlowBlock)| {
             let [x, y] = [0, 1].map(|c| z[c] - part.equilibrium[c]);
             (y * y + part.weight * x * x).sqrt()
         };

@@ -1,5 +1,5 @@
-//! How far a motion goes, as far as a scene and a start say before it is moved: the lengths of which the absolute tolerance of a run
-//! that gives none is a part (theory 9). In another unit of length they are other numbers and the run is the same.
+//! The characteristic lengths \[m\] of a motion, estimated from its scene and its start before it is computed: a run without an absolute
+//! tolerance takes a part of them (theory 9). In another unit of length they are other numbers and the run is the same.
 //!
 //! The length of a gap is the largest of its clearance, the motion of its stop, the terms of `n.q` at the start and in the steady
 //! response, and those of `n.v` at the start times the time of a turn. The response is taken without its resonances, which stops
@@ -12,10 +12,10 @@ use crate::tolerance::{ABSOLUTE_PART, SPLIT_ZERO_ROOT};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 
-/// What a linear scene says of its motion before it begins.
+/// The characteristic lengths of a linear scene, before its motion begins.
 #[derive(Debug)]
 pub(crate) struct CharacteristicLengths {
-    /// That of each gap.
+    /// The characteristic length of each gap, shape `(n_stops,)`, \[m\].
     pub gaps: Vec<f64>,
     pub rate: TurnRate,
 }
@@ -38,7 +38,7 @@ impl CharacteristicLengths {
     }
 }
 
-/// What a scene that is integrated says of its motion before it begins.
+/// The characteristic lengths of a scene that is integrated, before its motion begins.
 #[derive(Debug)]
 pub(crate) struct StepLengths {
     /// That of each coordinate, zeros of a scene that is not linear.
@@ -71,8 +71,8 @@ impl StepLengths {
         }
     }
 
-    /// The shortest of all coordinates with a start, and of the speeds that go with them, which have the same tolerance; none where
-    /// all are zero. The acceleration at the start has a say where nothing turns.
+    /// The shortest of the lengths of all coordinates for a start, and of the speeds that go with them, which have the same tolerance; none
+    /// where all are zero. The acceleration at the start is used where no rate is known.
     pub fn shortest(
         &self,
         (q, v): (&[f64], &[f64]),
@@ -85,10 +85,10 @@ impl StepLengths {
         };
         let of = |(j, own): (usize, &f64)| {
             let speed = v[j].abs();
-            let way = self
+            let distance = self
                 .rate
-                .way(speed, || accelerations.get(j).map_or(0.0, |a| a.abs()));
-            let length = own.max(q[j].abs()).max(way);
+                .distance(speed, || accelerations.get(j).map_or(0.0, |a| a.abs()));
+            let length = own.max(q[j].abs()).max(distance);
             [Some(length), self.rate.speed(length)]
                 .into_iter()
                 .flatten()
@@ -99,8 +99,8 @@ impl StepLengths {
     }
 }
 
-/// How often a motion turns in a unit of time, at the most \[1/s\]: its fastest rate, or the fastest frequency of what acts; zero where
-/// nothing turns.
+/// The highest rate at which a motion oscillates \[1/s\]: its fastest rate, or the fastest frequency of the excitation; zero where it does
+/// not oscillate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnRate(f64);
 
@@ -115,8 +115,9 @@ impl TurnRate {
         self.0 > 0.0 && self.0.is_finite()
     }
 
-    /// How far a speed leads in the time of a turn; where nothing turns, until an acceleration has taken it, or in a unit of time.
-    pub fn way(self, speed: f64, acceleration: impl FnOnce() -> f64) -> f64 {
+    /// The distance that a speed leads to in the time of an oscillation; without one, until an acceleration has stopped it, or in a unit of
+    /// time.
+    pub fn distance(self, speed: f64, acceleration: impl FnOnce() -> f64) -> f64 {
         if self.is_known() {
             return speed / self.0;
         }

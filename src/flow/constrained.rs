@@ -1,10 +1,10 @@
-//! Lasting contact of a linear scene (theory 9): while stops are held, the motion is that of a smaller linear system,
-//! `q = q_c + Z y` with `N^T Z = 0`, and the contact forces are quantities of it like the gaps of the other stops.
+//! Lasting contact of a linear scene (theory 9): while stops are held, the motion is that of a smaller linear system, `q = q_c + Z y` with
+//! `N^T Z = 0` \[m\], and the contact forces \[N\] are rows on its state like the gaps of the other stops.
 
 use crate::error::{Error, Result};
-use crate::flow::carried::Carried;
 use crate::flow::derivative::{LinearEquations, solve_columns};
 use crate::flow::gap_row::Quantity;
+use crate::flow::imposed_motion::ImposedMotion;
 use crate::flow::linear::propagate;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::modal_scene::ModalScene;
@@ -27,13 +27,13 @@ pub(crate) struct ConstrainedMotion {
     pub stops: Vec<usize>,
     /// `q_c`, at which every held gap is zero, but for what stops that move add to it.
     anchor: DVector<f64>,
-    /// What those add: by rotations, and by signals with their numbers; empty where all held rest.
-    carried: Carried,
+    /// The motion that stops held and moving impose; empty where all held are at rest.
+    carried: ImposedMotion,
     /// Z, shape `(n, n - k)`, orthonormal columns.
     free: DMatrix<f64>,
     /// `B (N^T B)^+`, shape `(n, k)`: how the stops held move what they hold.
     shared: DMatrix<f64>,
-    /// What is left of an acceleration of the whole system, shape `(n, n)`.
+    /// The projection of an acceleration onto those that the stops held allow, shape `(n, n)`.
     along: DMatrix<f64>,
     equations: OnceLock<LinearEquations>,
     form: ModalForm,
@@ -73,7 +73,7 @@ impl ConstrainedMotion {
         let load = without_rounding(&(own - drawn), &sizes);
         let (mut forces, mut directions) = free_accelerations(scene);
         let mut given = scene.drive();
-        let carried = Carried::new(scene, stops, |c| {
+        let carried = ImposedMotion::new(scene, stops, |c| {
             let moved = held(&normals, c)?.particular;
             Ok(moved)
         })?;
@@ -158,7 +158,7 @@ impl ConstrainedMotion {
         self.equations.get_or_init(make)
     }
 
-    /// What stops held that move add to the derivative of the position of an order from the second on.
+    /// The part that stops held and moving impose of the derivative of the position of some order, from the second on.
     pub fn carried_derivative(
         &self,
         scene: &ModalScene,
@@ -194,7 +194,7 @@ impl ConstrainedMotion {
         self.lift(&state, at.after(span))
     }
 
-    /// Carries deviations of (q, v), of which the smaller system sees its own part, over a span.
+    /// Propagates deviations of (q, v) over a span, after projecting them onto the smaller system.
     pub fn propagate_deviations(&self, span: f64, deviations: &mut DMatrix<f64>) {
         let (n, count) = (self.free.nrows(), deviations.ncols());
         let m = self.free.ncols();
@@ -215,7 +215,7 @@ impl ConstrainedMotion {
         }
     }
 
-    /// What rounding leaves unknown of a force beside a state in complex modes: each is taken from all coordinates together.
+    /// The rounding of a force for a state in complex modes, which are combinations of all coordinates.
     pub fn lost(&self, force: &Quantity, state: &ModalState) -> f64 {
         if !self.form.is_complex() {
             return 0.0;
@@ -258,7 +258,7 @@ impl ConstrainedMotion {
     }
 }
 
-/// The accelerations of the whole system that turn, and those that follow signals.
+/// The harmonic accelerations of the whole system without contact forces, and those that follow signals.
 fn free_accelerations(scene: &ModalScene) -> (Vec<DVector<Complex<f64>>>, Vec<DVector<f64>>) {
     let (system, n) = (&scene.system, scene.system.n_dof());
     let turning = scene.excitation.harmonics.iter().map(|part| {
@@ -278,7 +278,7 @@ fn free_accelerations(scene: &ModalScene) -> (Vec<DVector<Complex<f64>>>, Vec<DV
     (turning.collect(), following.collect())
 }
 
-/// What a quantity `q.y + v.y'` is in modal pairs; nothing of those it does not see but for rounding.
+/// The row of a quantity `q.y + v.y'` on modal pairs; entries of rounding are zero.
 fn in_modes(form: &ModalForm, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
     let both = DVector::from_iterator(q.len() + v.len(), q.iter().chain(v.iter()).copied());
     let to_physical = form.transformation().0;
@@ -286,8 +286,8 @@ fn in_modes(form: &ModalForm, q: &DVector<f64>, v: &DVector<f64>) -> Vec<Pair> {
     pairs(&without_rounding(&to_physical.tr_mul(&both), &sizes))
 }
 
-/// What an acceleration does to each pair; nothing to those at which it does not pull but for rounding: under a force along one mode
-/// the others rest.
+/// The rate of change of each pair under an acceleration; entries of rounding are zero, so that under a force along one mode the others
+/// stay at rest.
 fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
     let n = acceleration.len();
     let to_modal = form.transformation().1.columns(n, n).into_owned();
@@ -295,7 +295,7 @@ fn form_load(form: &ModalForm, acceleration: &DVector<f64>) -> Vec<Pair> {
     pairs(&without_rounding(&(to_modal * acceleration), &sizes))
 }
 
-/// What accelerations of the whole system, those that turn and those that follow signals, do to each pair of the smaller one.
+/// The drive of the smaller system by accelerations of the whole one: harmonic ones, and those that follow signals.
 fn form_drive(
     form: &ModalForm,
     reduced: &Reduced,
@@ -328,7 +328,7 @@ fn form_force(form: &ModalForm, acceleration: &DVector<Complex<f64>>) -> Vec<Res
         .collect()
 }
 
-/// A matrix whose coupling of rounding is none: the force of one stop would see that of another.
+/// A matrix whose off-diagonal entries of rounding are set to zero: else the force of one stop would depend on that of another.
 fn uncoupled(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     let own = matrix.diagonal().map(|x| x.abs().sqrt());
     for i in 0..own.len() {
@@ -360,7 +360,7 @@ fn cleared(sum: f64, size: f64) -> f64 {
     }
 }
 
-/// What takes an acceleration of the whole system to one of the smaller: `(Y^T Z)^-1 Y^T`, `B^T Y = 0`.
+/// The map from accelerations of the whole system to those of the smaller one: `(Y^T Z)^-1 Y^T`, `B^T Y = 0`.
 struct Reduced {
     takes: DMatrix<f64>,
     /// `Z^T M Z` where the reactions are those of inertia: the smaller system is symmetric then.

@@ -1,4 +1,4 @@
-//! Time derivatives of any order of a linear motion, by its equation: what decides at a contact where all lower ones vanish.
+//! Time derivatives of any order of a linear motion, from its equation of motion: at a contact the first one that does not vanish decides.
 
 use crate::flow::modal_scene::ModalScene;
 use crate::model::{LinearSystem, Moment, PhysicalState};
@@ -6,8 +6,8 @@ use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::ops::Range;
 
-/// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P is what the contact forces of stops that are held
-/// leave of an acceleration; none where nothing is held.
+/// The matrices of `x'' = P M^-1 (f - K x - C x')` and the sizes of their entries. P projects accelerations onto those
+/// that the stops held allow; it is left out where none is held.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearEquations {
     inverse: WithSizes,
@@ -29,8 +29,8 @@ impl From<DMatrix<f64>> for WithSizes {
     }
 }
 
-/// One derivative of a motion: its entries, what rounding leaves unknown of each, and their sizes.
-struct Known {
+/// One time derivative of a motion with its error: its entries, the rounding of each, and their sizes.
+struct DerivativeEstimate {
     value: DVector<f64>,
     unknown: DVector<f64>,
     size: DVector<f64>,
@@ -63,7 +63,7 @@ impl LinearEquations {
         (orders, carried): (Range<usize>, &dyn Fn(usize) -> Option<DVector<f64>>),
     ) -> Vec<(DVector<f64>, DVector<f64>)> {
         let n = q.len();
-        let given = |value: DVector<f64>| Known {
+        let given = |value: DVector<f64>| DerivativeEstimate {
             unknown: DVector::from_element(n, CANCELLED * value.amax()),
             size: value.abs(),
             value,
@@ -140,7 +140,7 @@ impl LinearEquations {
     }
 }
 
-/// A matrix over the mass.
+/// `M^-1` times a matrix.
 pub(super) fn solve_columns(system: &LinearSystem, m: &DMatrix<f64>) -> DMatrix<f64> {
     let columns: Vec<_> = m
         .column_iter()

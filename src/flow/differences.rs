@@ -1,55 +1,50 @@
 //! Derivatives of an acceleration along deviations from a motion, by central differences whose steps follow the scale on which it bends.
 //!
-//! What is known anyway says how it bends: `a(x + h d) - a(x)` and `a(x) - a(x - h d)` differ by `h^2 a''`. Where they do, and from time to
-//! time where they do not, a difference of another length is taken: a step is good if one of a sixteenth gives the same. It is kept for the
-//! next places along the motion, and longer ones are tried there once in a while.
+//! The two one-sided differences `a(x + h d) - a(x)` and `a(x) - a(x - h d)` differ by `h^2 a''`, which shows where the acceleration bends.
+//! There, and from time to time elsewhere, a difference with another step is taken: a step is accepted if one of a sixteenth of its length
+//! gives the same. It is kept for the next points along the motion, where a longer one is tried from time to time. Positions and velocities
+//! are measured in units of the largest of the motion.
 
 use crate::error::Result;
-use crate::model::DIFFERENCE;
-use crate::tolerance::{BENT, DOUBTFUL, SAME_DIFFERENCE, TERM_ROUNDINGS};
+use crate::tolerance::{
+    BENT_DIFFERENCE, CENTRAL_DIFFERENCE_STEP, DIFFERENCE_LEVELS, DIFFERENCE_RATIO, DOUBTFUL,
+    KINK_DISTANCE, KINK_LEVEL, SAME_DIFFERENCE, TERM_ROUNDINGS,
+};
 use std::sync::{Mutex, PoisonError};
 
-/// Between steps that are compared.
-const RATIO: f64 = 16.0;
-/// Steps that are tried, each in that ratio to the one before: the shortest is 4e-13 of the state's size, where rounding takes over.
-const MOST_LEVELS: i32 = 6;
-/// Evaluations between two comparisons where nothing bends.
-const BETWEEN: u32 = 16;
-/// Evaluations for which nothing is compared where no length did better: the function is rough.
-const REST: u32 = 256;
-/// The step from which on beside a kink or a jump the next place is tried.
-const BESIDE_KINK: i32 = 3;
-/// Longest steps by which places are apart that are no one kink or jump any more.
-const APART: f64 = 64.0;
+/// Evaluations between two comparisons where nothing bends. [work]
+const COMPARISON_PAUSE: u32 = 16;
+/// Evaluations without a comparison after no length of the step did better: the function is rough. [work]
+const ROUGH_PAUSE: u32 = 256;
 
-/// Why deviations from a motion are not to be trusted.
+/// Why the derivatives along deviations from a motion cannot be trusted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Doubt {
+pub(crate) enum DerivativeWarning {
     /// The acceleration jumps.
     Jump { time: f64 },
     /// Differences of no two lengths agree.
     Differences { time: f64 },
 }
 
-/// Where the first and the last doubt are noted.
+/// The first and the last warning of a computation.
 #[derive(Debug, Default)]
-pub(crate) struct Watch(Mutex<Option<[Doubt; 2]>>);
+pub(crate) struct WarningLog(Mutex<Option<[DerivativeWarning; 2]>>);
 
-impl Watch {
-    /// Takes note of a doubt.
-    pub fn note(&self, doubt: Doubt) {
+impl WarningLog {
+    /// Adds a warning.
+    pub fn note(&self, warning: DerivativeWarning) {
         let mut noted = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let first = noted.map_or(doubt, |[first, _]| first);
-        *noted = Some([first, doubt]);
+        let first = noted.map_or(warning, |[first, _]| first);
+        *noted = Some([first, warning]);
     }
 
-    /// The first doubt and the last.
-    pub fn noted(&self) -> Option<[Doubt; 2]> {
+    /// The first warning and the last.
+    pub fn noted(&self) -> Option<[DerivativeWarning; 2]> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Doubt {
+impl DerivativeWarning {
     /// When it arose.
     pub fn time(self) -> f64 {
         let (Self::Jump { time } | Self::Differences { time }) = self;
@@ -64,7 +59,7 @@ impl Doubt {
         }
     }
 
-    /// What is to be said of it.
+    /// The message that it gives.
     pub fn reason(self) -> String {
         match self {
             Self::Jump { time } => format!(
@@ -78,16 +73,16 @@ impl Doubt {
     }
 }
 
-/// How long the step along one deviation is.
+/// The step of the difference along one deviation.
 #[derive(Debug, Clone, Default)]
 struct Length {
-    /// How often the ratio has shortened it.
+    /// Number of times that it has been shortened by `DIFFERENCE_RATIO`.
     level: i32,
-    /// Evaluations until lengths are compared.
+    /// Evaluations left until steps are compared.
     left: u32,
-    /// Whether none did better: until then nothing is compared.
+    /// Whether no step did better at the last comparison: the function is rough, and nothing is compared for a while.
     is_rough: bool,
-    /// Where no two lengths have agreed since they did last.
+    /// The first point, position and velocity, since which no two steps have agreed.
     lost_at: Option<[Vec<f64>; 2]>,
 }
 
@@ -96,16 +91,16 @@ struct Length {
 struct Quotient {
     level: i32,
     value: Vec<f64>,
-    /// The smaller of those to both sides: across a jump, that on the side of the place.
+    /// The smaller of the two one-sided quotients: at a jump, that of the side on which the point lies.
     one_sided: Vec<f64>,
-    /// What of it is rounding.
+    /// Its rounding.
     rounding: f64,
-    /// Whether those on both sides that it is the mean of differ.
+    /// Whether the two one-sided quotients, of which it is the mean, differ.
     is_bent: bool,
 }
 
 impl Quotient {
-    /// By which part of its entries another differs, beyond the rounding of both.
+    /// The largest relative difference of an entry to that of another quotient, beyond the rounding of both.
     fn off(&self, other: &Self) -> f64 {
         let rounding = self.rounding + other.rounding;
         let each = self.value.iter().zip(&other.value).map(|(a, b)| {
@@ -120,7 +115,7 @@ impl Quotient {
     }
 }
 
-/// What differences have learned along a motion.
+/// Difference quotients along deviations, with the steps found so far along a motion.
 #[derive(Debug)]
 pub(crate) struct Differences {
     lengths: Vec<Length>,
@@ -134,7 +129,7 @@ pub(crate) struct Differences {
     /// Rounding of a difference of accelerations.
     rounding: f64,
     moved: [Vec<f64>; 2],
-    /// The accelerations ahead and behind.
+    /// The accelerations at the points a step ahead and a step back.
     sides: [Vec<f64>; 2],
     /// Whether those of no two lengths agreed, once.
     pub is_doubtful: bool,
@@ -177,7 +172,7 @@ impl Differences {
         self.lengths.len()
     }
 
-    /// Goes to a place with its acceleration.
+    /// Sets the point at which differences are taken, with the acceleration there.
     pub fn begin(&mut self, (q, v): (&[f64], &[f64]), base: &[f64]) {
         for (own, given) in (self.place.iter_mut().chain([&mut self.base])).zip([q, v, base]) {
             own.clear();
@@ -207,8 +202,8 @@ impl Differences {
             out.fill(0.0);
             return Ok(());
         }
-        let longest = DIFFERENCE / size;
-        let step_of = |level: i32| longest * RATIO.powi(-level);
+        let longest = CENTRAL_DIFFERENCE_STEP / size;
+        let step_of = |level: i32| longest * DIFFERENCE_RATIO.powi(-level);
         let Length {
             level,
             left,
@@ -238,7 +233,11 @@ impl Differences {
         } else {
             self.lengths[k] = Length {
                 level: found.level,
-                left: if is_rough { REST } else { BETWEEN },
+                left: if is_rough {
+                    ROUGH_PAUSE
+                } else {
+                    COMPARISON_PAUSE
+                },
                 is_rough,
                 lost_at: None,
             };
@@ -258,23 +257,23 @@ impl Differences {
                 .zip(units.iter())
                 .any(|((from, to), unit)| {
                     let mut moved = from.iter().zip(to).map(|(x, y)| (x - y).abs());
-                    moved.any(|moved| moved > APART * DIFFERENCE * *unit)
+                    moved.any(|moved| moved > KINK_DISTANCE * CENTRAL_DIFFERENCE_STEP * *unit)
                 })
         };
         if own.lost_at.as_ref().is_some_and(is_far) {
             self.is_doubtful = true;
             *own = Length {
-                left: REST,
+                left: ROUGH_PAUSE,
                 is_rough: true,
                 ..Length::default()
             };
         } else {
             own.lost_at.get_or_insert_with(|| place.clone());
-            (own.level, own.left, own.is_rough) = (BESIDE_KINK, 0, false);
+            (own.level, own.left, own.is_rough) = (KINK_LEVEL, 0, false);
         }
     }
 
-    /// Goes to both sides by a step and notes the accelerations there.
+    /// Evaluates the accelerations a step ahead and a step back.
     fn go(
         &mut self,
         step: f64,
@@ -299,14 +298,14 @@ impl Differences {
         all.map(move |((ahead, behind), base)| [(ahead - base) / step, (base - behind) / step])
     }
 
-    /// Whether those to both sides differ.
+    /// Whether the two one-sided slopes differ.
     fn is_bent(&self, step: f64) -> bool {
         let rounding = self.rounding / step;
         self.slopes(step)
-            .any(|[a, b]| (a - b).abs() > BENT * (a.abs() + b.abs()) + rounding)
+            .any(|[a, b]| (a - b).abs() > BENT_DIFFERENCE * (a.abs() + b.abs()) + rounding)
     }
 
-    /// The quotient of the step that was gone.
+    /// The quotient of the step last evaluated.
     fn quotient(&self, level: i32, step: f64) -> Quotient {
         let sides = self.sides[0].iter().zip(&self.sides[1]);
         let value = sides.map(|(ahead, behind)| (ahead - behind) / (2.0 * step));
@@ -322,8 +321,7 @@ impl Differences {
     }
 }
 
-/// What a comparison of lengths has found: a quotient, by which part one of another length differs from it, and whether shorter ones only do
-/// so more.
+/// The result of comparing steps: a quotient, the relative difference to that of another step, and whether shorter steps only differ more.
 struct Compared {
     found: Quotient,
     off: f64,
@@ -347,7 +345,7 @@ fn compared(
     }
     let (first, mut longer) = (found.level, found);
     let mut best: Option<Compared> = None;
-    for level in first + 1..=MOST_LEVELS {
+    for level in first + 1..=DIFFERENCE_LEVELS {
         let shorter = quotient(level)?;
         let off = longer.off(&shorter);
         if off <= SAME_DIFFERENCE {

@@ -1,5 +1,5 @@
-//! What drives a linear flow: a harmonic force, a constant load, both, or nothing; more in `many_drive.rs`. A flow without forcing or
-//! without load compiles to code without them.
+//! The drive of a linear flow: a harmonic force, a constant load, both, or nothing; several harmonics and signals are in `many_drive.rs`.
+//! Forces are rates of change of modal pairs. A flow without forcing or without load compiles to code without them.
 
 use crate::flow::gap_row::{Derivatives, Quantity};
 use crate::linalg::elementary::sin_cos;
@@ -8,7 +8,7 @@ use crate::modal::{Block, Pair, Propagation, Response};
 use crate::model::Moment;
 use nalgebra::Complex;
 
-/// How a block moves by itself over a fixed time.
+/// A block without its drive, over a fixed time.
 pub(crate) struct Alone {
     pub block: Block,
     pub propagation: Propagation,
@@ -17,33 +17,33 @@ pub(crate) struct Alone {
     pub exponential: [Pair; 2],
 }
 
-/// How forcing changes with time: what is stored of it in pairs at the end of a state.
+/// How forcing changes with time: its phasors and the derivatives of its signals, stored in pairs at the end of a state.
 pub(crate) trait Turning {
-    /// What is read of those.
-    type Seen<'s>: Copy;
-    /// What carries them over a fixed time.
+    /// The stored pairs, in the form in which the drive reads them.
+    type Stored<'s>: Copy;
+    /// The map of the stored pairs over a fixed time.
     type Turn: Default;
 
     /// How many pairs it stores.
     fn n_pairs(&self) -> usize;
-    /// Stores it as it is at a moment.
+    /// Writes the stored pairs for a moment.
     fn store(&self, at: Moment, stored: &mut [Pair]);
-    /// Reads what is stored.
-    fn read(stored: &[Pair]) -> Self::Seen<'_>;
-    /// The frequencies of what turns.
+    /// Reads the stored pairs.
+    fn read(stored: &[Pair]) -> Self::Stored<'_>;
+    /// The frequencies of the phasors \[rad/s\].
     fn frequencies(&self) -> impl Iterator<Item = f64> + Clone;
-    /// What carries it over a span of time.
+    /// The map of the stored pairs over a span of time.
     fn turn(&self, t: f64) -> Self::Turn;
-    /// Carries it over that span.
+    /// Applies that map.
     fn carry(&self, turn: &Self::Turn, stored: &mut [Pair]);
     /// The stored pairs with their derivatives.
-    fn turning<'s>(&'s self, seen: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's;
-    /// What a quantity is on the stored pairs; `weights` are what one unit of the third derivative of each signal adds to its fourth
-    /// derivative through the blocks.
+    fn turning<'s>(&'s self, seen: Self::Stored<'s>) -> impl Iterator<Item = Derivatives> + 's;
+    /// The row of a quantity on the stored pairs; `weights` are what one unit of the third derivative of each signal adds, through the
+    /// blocks, to the fourth derivative of the quantity.
     fn rows(&self, quantity: &Quantity, weights: &[f64]) -> Vec<TurningRow>;
 }
 
-/// What a quantity is on one stored pair.
+/// The row of a quantity on one stored pair, with bounds.
 #[derive(Default)]
 pub(crate) struct TurningRow {
     pub row: Pair,
@@ -80,7 +80,7 @@ pub(crate) fn turning(u: Complex<f64>, w: f64) -> Derivatives {
     }
 }
 
-/// What acts on the blocks of a flow.
+/// The forces on the blocks of a flow.
 pub(crate) trait Drive: Turning {
     /// Whether it never changes.
     const IS_CONSTANT: bool = false;
@@ -90,9 +90,9 @@ pub(crate) trait Drive: Turning {
     /// The reply of block j over a time.
     fn reply(&self, j: usize, alone: &Alone) -> Self::Reply;
     /// What the reply adds to the block's state.
-    fn added(reply: &Self::Reply, seen: Self::Seen<'_>) -> Pair;
+    fn added(reply: &Self::Reply, seen: Self::Stored<'_>) -> Pair;
     /// The input to block j and its first two derivatives.
-    fn inputs(&self, j: usize, seen: Self::Seen<'_>) -> [Pair; 3];
+    fn inputs(&self, j: usize, seen: Self::Stored<'_>) -> [Pair; 3];
     /// The harmonics of the force on block j, with their frequencies.
     fn forces(&self, j: usize) -> impl Iterator<Item = (f64, Response)>;
     /// How many signals there are.
@@ -115,12 +115,12 @@ pub(crate) trait Drive: Turning {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Undriven;
 
-/// What is added for no forcing: minus zero leaves every number as it is, the sign of zero too, so that the compiler takes the
-/// addition out, which it may not do with zero.
-pub(super) const NOTHING: Pair = [-0.0, -0.0];
+/// The pair that is added where there is no forcing. Adding minus zero leaves every number as it is, the sign of a zero too, so that the
+/// compiler may leave the addition out; with zero it may not.
+pub(super) const MINUS_ZERO: Pair = [-0.0, -0.0];
 
 impl Turning for Undriven {
-    type Seen<'s> = ();
+    type Stored<'s> = ();
     type Turn = ();
 
     fn n_pairs(&self) -> usize {
@@ -141,7 +141,7 @@ impl Turning for Undriven {
     fn carry(&self, (): &(), _stored: &mut [Pair]) {}
 
     #[inline]
-    fn turning<'s>(&'s self, (): Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
+    fn turning<'s>(&'s self, (): Self::Stored<'s>) -> impl Iterator<Item = Derivatives> + 's {
         std::iter::empty()
     }
 
@@ -158,12 +158,12 @@ impl Drive for Undriven {
 
     #[inline]
     fn added((): &(), (): ()) -> Pair {
-        NOTHING
+        MINUS_ZERO
     }
 
     #[inline]
     fn inputs(&self, _j: usize, (): ()) -> [Pair; 3] {
-        [NOTHING; 3]
+        [MINUS_ZERO; 3]
     }
 
     fn forces(&self, _j: usize) -> impl Iterator<Item = (f64, Response)> {
@@ -197,7 +197,7 @@ pub(super) fn harmonic_inputs(w: f64, f: Response, u: Complex<f64>) -> [Pair; 3]
 }
 
 impl Turning for HarmonicDrive {
-    type Seen<'s> = Complex<f64>;
+    type Stored<'s> = Complex<f64>;
     type Turn = Complex<f64>;
 
     fn n_pairs(&self) -> usize {
@@ -237,7 +237,7 @@ impl Turning for HarmonicDrive {
     }
 
     #[inline]
-    fn turning<'s>(&'s self, u: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
+    fn turning<'s>(&'s self, u: Self::Stored<'s>) -> impl Iterator<Item = Derivatives> + 's {
         std::iter::once(turning(u, self.frequency))
     }
 
@@ -281,7 +281,7 @@ pub(crate) struct Loaded<D> {
 }
 
 impl<D: Drive> Turning for Loaded<D> {
-    type Seen<'s> = D::Seen<'s>;
+    type Stored<'s> = D::Stored<'s>;
     type Turn = D::Turn;
 
     fn n_pairs(&self) -> usize {
@@ -298,7 +298,7 @@ impl<D: Drive> Turning for Loaded<D> {
     }
 
     #[inline]
-    fn read(stored: &[Pair]) -> D::Seen<'_> {
+    fn read(stored: &[Pair]) -> D::Stored<'_> {
         D::read(stored)
     }
 
@@ -312,7 +312,7 @@ impl<D: Drive> Turning for Loaded<D> {
     }
 
     #[inline]
-    fn turning<'s>(&'s self, seen: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
+    fn turning<'s>(&'s self, seen: Self::Stored<'s>) -> impl Iterator<Item = Derivatives> + 's {
         self.drive.turning(seen)
     }
 
@@ -333,12 +333,12 @@ impl<D: Drive> Drive for Loaded<D> {
     }
 
     #[inline]
-    fn added((loaded, reply): &(Pair, D::Reply), seen: D::Seen<'_>) -> Pair {
+    fn added((loaded, reply): &(Pair, D::Reply), seen: D::Stored<'_>) -> Pair {
         plus(D::added(reply, seen), *loaded)
     }
 
     #[inline]
-    fn inputs(&self, j: usize, seen: D::Seen<'_>) -> [Pair; 3] {
+    fn inputs(&self, j: usize, seen: D::Stored<'_>) -> [Pair; 3] {
         let [value, slope, bend] = self.drive.inputs(j, seen);
         [plus(value, self.load[j]), slope, bend]
     }

@@ -2,9 +2,7 @@
 //! what follows from it on `0 <= r <= span`, proved by the Bernstein form: a polynomial is no smaller than its least
 //! Bernstein coefficient (theory 8).
 
-/// A step of Newton's method this small, relative to the span, is the last: what it leaves is the square of it, less than what the cubic
-/// leaves.
-const SHARP: f64 = 1e-5;
+use crate::tolerance::FALLING_ROOT_STEP;
 
 /// Taylor coefficients of a gap to third order, and the bound on the rest.
 #[derive(Debug, Clone, Copy, Default)]
@@ -204,7 +202,11 @@ impl GapModel {
                 0.5 * (low + high)
             };
             // The error of Newton's method is the square of its step.
-            let sharp = if is_inside { SHARP } else { f64::EPSILON };
+            let sharp = if is_inside {
+                FALLING_ROOT_STEP
+            } else {
+                f64::EPSILON
+            };
             if (next - r).abs() <= sharp * span {
                 return next;
             }

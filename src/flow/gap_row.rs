@@ -1,8 +1,8 @@
-//! A plane gap `clearance - row.z` along a linear flow: its model from the derivatives of the state, with the weights of its
-//! remainder (theory 8).
+//! A plane gap `clearance - row.z` \[m\] along a linear flow, z being the pairs of the flow's state: its cubic model from the derivatives
+//! of the state, and the weights that bound its remainder (theory 8).
 
 use crate::flow::gap_model::GapModel;
-use crate::flow::looks::{LOOKS, LookDerivatives, LookModels, eight};
+use crate::flow::samples::{SAMPLES_AT_ONCE, SampleDerivatives, SampleModels, eight};
 use crate::modal::Pair;
 use crate::model::GapMotion;
 use crate::quantity::larger;
@@ -19,12 +19,13 @@ pub(crate) struct Quantity {
     pub row: Vec<Pair>,
     /// Empty where no harmonic enters it directly.
     pub forcing: Vec<Complex<f64>>,
-    /// Empty where no signal does.
+    /// The factor of each signal, shape `(n_signals,)` or less, \[-\] in units of the quantity per unit of the signal; empty where no
+    /// signal enters it directly.
     pub signals: Vec<f64>,
 }
 
 impl Quantity {
-    /// A gap, which the forcing does not enter directly.
+    /// A gap of a stop at rest: the forcing does not enter it directly.
     pub fn gap(clearance: f64, row: &[Pair]) -> Self {
         Self {
             constant: clearance,
@@ -34,7 +35,7 @@ impl Quantity {
         }
     }
 
-    /// The same with what the own motion of a stop adds.
+    /// The same with the motion of the stop itself added.
     pub fn widened_by(mut self, motion: &GapMotion) -> Self {
         self.constant += motion.mean;
         self.size += motion.mean.abs();
@@ -46,24 +47,24 @@ impl Quantity {
         self
     }
 
-    /// What each harmonic of the forcing adds, zero from where none does.
+    /// The amplitude of each harmonic of the forcing in it, followed by zeros.
     pub fn harmonics(&self) -> impl Iterator<Item = Complex<f64>> {
         let zeros = std::iter::repeat(Complex::new(0.0, 0.0));
         self.forcing.iter().copied().chain(zeros)
     }
 
-    /// What each signal adds, zero from where none does.
+    /// The factor of each signal in it, followed by zeros.
     pub fn signals(&self) -> impl Iterator<Item = f64> {
         self.signals.iter().copied().chain(std::iter::repeat(0.0))
     }
 
-    /// Whether what drives the motion enters it directly.
+    /// Whether a harmonic or a signal enters it directly.
     pub fn changes_by_itself(&self) -> bool {
         let turns = self.forcing.iter().any(|f| f.norm() > 0.0);
         turns || self.signals.iter().any(|s| *s != 0.0)
     }
 
-    /// The largest that the harmonics add.
+    /// A bound on what the harmonics add.
     pub fn amplitude(&self) -> f64 {
         self.forcing.iter().map(|f| f.norm()).sum()
     }
@@ -91,7 +92,7 @@ impl Derivatives {
     }
 }
 
-/// What one pair of the state means for a gap.
+/// The part of one pair of the state in a gap.
 #[derive(Debug, Clone, Copy)]
 struct GapTerm {
     row: Pair,
@@ -156,7 +157,7 @@ impl GapRow {
         self
     }
 
-    /// With rows that are known to a part of their sizes only.
+    /// With rows that are known only to this part of the sizes of their terms.
     pub fn known_to(mut self, relative: f64) -> Self {
         self.relative = relative;
         self
@@ -255,14 +256,14 @@ impl GapRow {
         self.cells.iter().zip(derivatives).map(terms).sum()
     }
 
-    /// The gap's models at eight looks.
+    /// The gap's models at eight samples.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    pub fn models(&self, looks: &[LookDerivatives]) -> LookModels {
+    pub fn models(&self, samples: &[SampleDerivatives]) -> SampleModels {
         let [mut gap, mut quartic, mut size] =
-            [self.clearance, self.forced, self.size].map(|x| [x; LOOKS]);
-        let [mut slope, mut bend, mut third] = [[0.0; LOOKS]; 3];
-        for (GapTerm { row, weight, .. }, d) in self.cells.iter().zip(looks) {
+            [self.clearance, self.forced, self.size].map(|x| [x; SAMPLES_AT_ONCE]);
+        let [mut slope, mut bend, mut third] = [[0.0; SAMPLES_AT_ONCE]; 3];
+        for (GapTerm { row, weight, .. }, d) in self.cells.iter().zip(samples) {
             gap = eight(|k| gap[k] - (row[0] * d.z[0][k] + row[1] * d.z[1][k]));
             slope = eight(|k| slope[k] - (row[0] * d.d1[0][k] + row[1] * d.d1[1][k]));
             bend = eight(|k| bend[k] - (row[0] * d.d2[0][k] + row[1] * d.d2[1][k]));
@@ -272,15 +273,15 @@ impl GapRow {
             size = eight(|k| size[k] + terms(k));
         }
         for (place, [slow, fast]) in &self.decaying {
-            let [x, y] = &looks[*place].d3;
+            let [x, y] = &samples[*place].d3;
             let share = |row: &Pair, k: usize| (row[0] * x[k] + row[1] * y[k]).abs();
             quartic = eight(|k| quartic[k] + share(slow, k) + share(fast, k));
         }
-        if let (Some(terms), Some(d)) = (self.turning, looks.last()) {
+        if let (Some(terms), Some(d)) = (self.turning, samples.last()) {
             let [cos, sin] = &d.z;
             size = eight(|k| size[k] + turning_size(terms, [cos[k], sin[k]]));
         }
-        LookModels {
+        SampleModels {
             c: [
                 gap,
                 slope,

@@ -1,20 +1,22 @@
-//! A motion over a span without contacts, to a tolerance, step by step.
+//! Integration of a motion over a span \[s\] without contacts, to a tolerance, step by step.
 
 use crate::error::{Error, Result};
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::{StepStart, Stepper, Tolerance};
 use crate::model::{Dynamics, Moment};
 
-/// A first step, in parts of the span; the controller finds the right one soon.
-const FIRST_PART: f64 = 1e-3;
-/// Steps before a span counts as too long to integrate.
-const MOST_STEPS: usize = 10_000_000;
+/// The first step in parts of the span; the controller soon finds the right one. [work]
+const FIRST_STEP_PART: f64 = 1e-3;
+/// Steps before a span counts as too long to integrate. [work]
+const MOST_INTEGRATION_STEPS: usize = 10_000_000;
 
 /// A step that was accepted.
 pub(crate) struct Accepted<'s, P> {
     pub stepper: &'s mut P,
+    /// The moment and the state `(q, v)`, shape `(2 n_dof,)`, \[m\] and \[m/s\] for coordinates that are lengths, from which the step was
+    /// taken.
     pub start: StepStart<'s, Vec<f64>>,
-    /// What of the span had passed when it began.
+    /// The part of the span before it \[s\].
     pub done: f64,
     pub h: f64,
 }
@@ -29,10 +31,10 @@ pub(crate) fn integrate<P: Stepper<Vec<f64>, Choice: Default>, D: Dynamics>(
 ) -> Result<()> {
     let mut stepper = P::new(dynamics.n_dof(), tolerance, P::Choice::default());
     let mut controller = Controller::default();
-    let (mut done, mut h) = (0.0, FIRST_PART * span);
+    let (mut done, mut h) = (0.0, FIRST_STEP_PART * span);
     stepper.begin(dynamics, StepStart { at, x: state })?;
     let mut tried = 0;
-    while tried < MOST_STEPS {
+    while tried < MOST_INTEGRATION_STEPS {
         tried += 1;
         if done >= span {
             return Ok(());

@@ -1,11 +1,12 @@
-//! Flows of linear systems in modal pairs: exact propagation over any time, and what the gap of a stop needs of it
-//! (theory 4 and 8). A flow moves its own state, which it makes from the whole motion: what it splits off or adds stands
-//! in pairs of its own.
+//! Flows of linear systems in modal pairs: exact propagation over any time, and the rows and bounds that the search along the gap of a
+//! stop needs (theory 4 and 8). A flow moves a state of its own, made from the modal state: what it splits off from the motion, or adds
+//! to it, is kept in further pairs at its end.
 
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
-use crate::flow::looks::{LookDerivatives, Stride};
+use crate::flow::samples::{SampleDerivatives, Stride};
 use crate::modal::{ModalState, Pair};
 use crate::model::Moment;
+use crate::tolerance::SLOWEST_RATE;
 
 /// Smooth motion of a linear system.
 pub(crate) trait LinearFlow: FlowRows + FlowRates {
@@ -20,20 +21,20 @@ pub(crate) trait LinearFlow: FlowRows + FlowRates {
     fn set_moment(&self, state: &mut [Pair], at: Moment);
     /// Fills the propagator for a time.
     fn prepare(&self, t: f64, propagator: &mut Self::Propagator);
-    /// What carries the pairs of a state over one to eight steps, from the propagator of one; `None` of a flow that is looked at one time
-    /// after another.
+    /// The maps of the pairs of a state over one to eight steps, from the propagator of one step; `None` where a flow is only sampled at
+    /// one time after another.
     fn strides(&self, _propagator: &Self::Propagator) -> Option<Vec<Stride>> {
         None
     }
-    /// The derivatives of a state one to eight steps later, of a flow that has strides; `looks` has a place for each pair.
+    /// The derivatives of a state one to eight steps later, of a flow that has strides; `samples` has a place for each pair.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, _strides: &[Stride], _state: &[Pair], _looks: &mut [LookDerivatives]) {}
+    fn sample(&self, _strides: &[Stride], _state: &[Pair], _samples: &mut [SampleDerivatives]) {}
     /// Moves a state forward.
     fn advance(&self, propagator: &Self::Propagator, state: &mut [Pair]);
 }
 
-/// What gaps and other quantities are made of along a flow.
+/// Gaps and other quantities of the motion, as rows on the state of a flow.
 pub(crate) trait FlowRows {
     /// The derivatives of a state.
     fn derivatives(&self, state: &[Pair], derivatives: &mut Vec<Derivatives>);
@@ -45,7 +46,7 @@ pub(crate) trait FlowRows {
     fn norms(&self, state: &[Pair], norms: &mut Vec<f64>);
 }
 
-/// How fast a flow changes.
+/// The rates of a flow \[1/s\], and the steps \[s\] that they allow.
 pub(crate) trait FlowRates {
     /// The longest step for which the remainders of the models hold.
     fn longest_step(&self) -> f64;
@@ -57,10 +58,10 @@ pub(crate) trait FlowRates {
     fn fastest_growth(&self) -> f64;
 }
 
-/// Growth by more than `e` to this, in a matrix exponential, is near the largest number.
-const MOST_GROWTH: f64 = 600.0;
-/// Pieces of a span beyond which it is too long for any motion that grows.
-const MOST_PIECES: f64 = 4096.0;
+/// Exponent of the growth over one piece of a span: an exponential beyond e^709 overflows. [work]
+const MOST_GROWTH_EXPONENT: f64 = 600.0;
+/// Pieces of a span, at the most; a motion that grows for longer overflows anyway. [work]
+const MOST_GROWTH_PIECES: f64 = 4096.0;
 
 /// Moves a state forward over a span of time, in pieces where its exponential would overflow: what the motion does not hold of a
 /// growing mode does not grow.
@@ -72,21 +73,24 @@ fn forward<F: LinearFlow>(flow: &F, propagator: &mut F::Propagator, state: &mut 
         flow.advance(propagator, state);
         return;
     }
-    let pieces = (growth * span / MOST_GROWTH).ceil().clamp(1.0, MOST_PIECES);
+    let pieces = (growth * span / MOST_GROWTH_EXPONENT)
+        .ceil()
+        .clamp(1.0, MOST_GROWTH_PIECES);
     flow.prepare(span / pieces, propagator);
     for _ in 0..pieces as usize {
         flow.advance(propagator, state);
     }
 }
 
-/// A propagator that is kept for as long as spans are of one length: pieces of a signal often are, and so is the way from look to look.
-pub(crate) struct Carrier<F: LinearFlow> {
+/// A propagator that is kept for as long as spans are of one length: the pieces of a signal often are, and so are the
+/// times between samples.
+pub(crate) struct PropagatorCache<F: LinearFlow> {
     propagator: F::Propagator,
     /// The span that it is for; no number where it is for a part of one.
     prepared: f64,
 }
 
-impl<F: LinearFlow> Default for Carrier<F> {
+impl<F: LinearFlow> Default for PropagatorCache<F> {
     fn default() -> Self {
         Self {
             propagator: F::Propagator::default(),
@@ -95,7 +99,7 @@ impl<F: LinearFlow> Default for Carrier<F> {
     }
 }
 
-impl<F: LinearFlow> Carrier<F> {
+impl<F: LinearFlow> PropagatorCache<F> {
     /// Moves a state forward over a span of time.
     #[inline]
     pub fn forward(&mut self, flow: &F, state: &mut [Pair], span: f64) {
@@ -122,9 +126,6 @@ pub(crate) fn propagate<F: LinearFlow>(
     flow.modal_from_state(&state, modal_state);
 }
 
-/// Rates slower than this part of the fastest change nothing while anything else does.
-const SLOWEST_PART: f64 = 1e-18;
-
 /// The slowest rate in a list of them that counts beside the fastest, 1 if all vanish.
 pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
     let rates = rates.filter(|&r| r > 0.0 && r.is_finite());
@@ -132,7 +133,7 @@ pub(crate) fn softest_rate(rates: impl Iterator<Item = f64>) -> f64 {
         (least.min(rate), most.max(rate))
     });
     if least.is_finite() {
-        least.max(SLOWEST_PART * most)
+        least.max(SLOWEST_RATE * most)
     } else {
         1.0
     }
@@ -157,26 +158,26 @@ pub(crate) fn fitted_step(longest: f64, pieces: Option<[f64; 2]>) -> f64 {
 pub(crate) mod contract {
     use super::*;
     use crate::flow::gap_model::GapModel;
-    use crate::flow::looks::LOOKS;
+    use crate::flow::samples::SAMPLES_AT_ONCE;
     use crate::model::powers;
     use nalgebra::Complex;
 
-    /// Eight looks at once are those one by one, of a flow that has them.
-    fn check_looks<F: LinearFlow>(flow: &F, state: &[Pair], gap: &GapRow) {
+    /// Eight samples at once are those taken one by one, where a flow has them.
+    fn check_samples<F: LinearFlow>(flow: &F, state: &[Pair], gap: &GapRow) {
         let mut propagator = F::Propagator::default();
         flow.prepare(0.05 * flow.longest_step(), &mut propagator);
         let Some(strides) = flow.strides(&propagator) else {
             return;
         };
-        let (mut looks, mut derivatives) =
-            (vec![LookDerivatives::default(); state.len()], Vec::new());
-        flow.look(&strides, state, &mut looks);
-        let (models, mut there) = (gap.models(&looks), state.to_vec());
+        let (mut samples, mut derivatives) =
+            (vec![SampleDerivatives::default(); state.len()], Vec::new());
+        flow.sample(&strides, state, &mut samples);
+        let (models, mut there) = (gap.models(&samples), state.to_vec());
         let numbers = |m: GapModel| [m.c[0], m.c[1], m.c[2], m.c[3], m.quartic, m.quintic, m.size];
-        for k in 0..LOOKS {
+        for k in 0..SAMPLES_AT_ONCE {
             flow.advance(&propagator, &mut there);
             flow.derivatives(&there, &mut derivatives);
-            let pairs = looks.iter().flat_map(|look| look.pair(k));
+            let pairs = samples.iter().flat_map(|sample| sample.pair(k));
             let pairs = pairs.zip(there.iter().flatten().copied());
             let both = numbers(models.at(k))
                 .into_iter()
@@ -275,7 +276,7 @@ pub(crate) mod contract {
         let driven = direct(0.7 + step) - direct(0.7 - step);
         let difference = -(dot(&forward) - dot(&backward) + driven) / (2.0 * step);
         assert!((model.c[1] - difference).abs() < 1e-7);
-        check_looks(flow, &state, &gap);
+        check_samples(flow, &state, &gap);
         let mut norms = Vec::new();
         flow.norms(&state, &mut norms);
         let (least, size) = gap.least(&norms);

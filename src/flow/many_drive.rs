@@ -2,7 +2,7 @@
 //! phasors are (theory 10, 11).
 
 use crate::flow::drive::{
-    Alone, Drive, NOTHING, Turning, TurningRow, harmonic_inputs, real_part, turning,
+    Alone, Drive, MINUS_ZERO, Turning, TurningRow, harmonic_inputs, real_part, turning,
 };
 use crate::flow::gap_row::{Derivatives, Quantity};
 use crate::linalg::plane::plus;
@@ -27,8 +27,8 @@ pub(crate) struct SignalInput {
     pub directions: Vec<Pair>,
 }
 
-/// The highest degree of which the derivatives at one time bound the third and the fourth on all of a piece.
-const EASILY_BOUNDED: usize = 3;
+/// Highest degree of a polynomial whose derivatives at one time bound its third and fourth derivatives on all of its piece. [exact]
+const EASILY_BOUNDED_DEGREE: usize = 3;
 
 impl SignalInput {
     /// Pairs that hold its derivatives of orders 0 to its degree.
@@ -38,7 +38,7 @@ impl SignalInput {
 
     /// Whether a pair of its own holds bounds on its third and fourth derivatives.
     fn has_bounds(&self) -> bool {
-        self.signal.degree() > EASILY_BOUNDED
+        self.signal.degree() > EASILY_BOUNDED_DEGREE
     }
 
     /// Bounds on the third and the fourth derivatives, from a moment on to the end of the piece; `stored` are those of that moment.
@@ -84,7 +84,7 @@ fn polynomial(stored: &[Pair], bounds: Option<Pair>) -> impl Iterator<Item = Der
 
 impl ManyDrive {
     /// Pairs before those of bounds.
-    fn n_moving(&self) -> usize {
+    fn n_input_pairs(&self) -> usize {
         self.rotations.len() + self.signals.iter().map(SignalInput::n_pairs).sum::<usize>()
     }
 
@@ -101,17 +101,17 @@ impl ManyDrive {
 
 impl Turning for ManyDrive {
     /// All of it.
-    type Seen<'s> = &'s [Pair];
+    type Stored<'s> = &'s [Pair];
     /// What the phasors turn by, and the span.
     type Turn = (Vec<Complex<f64>>, f64);
 
     /// Those of bounds come last.
     fn n_pairs(&self) -> usize {
-        self.n_moving() + self.signals.iter().filter(|own| own.has_bounds()).count()
+        self.n_input_pairs() + self.signals.iter().filter(|own| own.has_bounds()).count()
     }
 
     fn store(&self, at: Moment, stored: &mut [Pair]) {
-        let (moving, bounds) = stored.split_at_mut(self.n_moving());
+        let (moving, bounds) = stored.split_at_mut(self.n_input_pairs());
         let (turned, mut rest) = moving.split_at_mut(self.rotations.len());
         for (place, u) in turned.iter_mut().zip(self.rotations.phasors(at)) {
             *place = [u.re, u.im];
@@ -152,10 +152,10 @@ impl Turning for ManyDrive {
         }
     }
 
-    fn turning<'s>(&'s self, stored: Self::Seen<'s>) -> impl Iterator<Item = Derivatives> + 's {
+    fn turning<'s>(&'s self, stored: Self::Stored<'s>) -> impl Iterator<Item = Derivatives> + 's {
         let phasors = stored.iter().map(|u| Complex::new(u[0], u[1]));
         let turned = phasors.zip(self.frequencies()).map(|(u, w)| turning(u, w));
-        let mut bounds = stored[self.n_moving()..].iter().copied();
+        let mut bounds = stored[self.n_input_pairs()..].iter().copied();
         let resting = bounds.clone().map(|_| Derivatives::default());
         let signals = self.signals.iter().zip(self.parted(stored));
         let signals = signals.flat_map(move |(signal, own)| {
@@ -215,7 +215,7 @@ impl Drive for ManyDrive {
     fn added((turned, signals): &(Vec<Response>, Vec<Pair>), stored: &[Pair]) -> Pair {
         let phasors = turned.iter().zip(stored);
         let added = phasors.map(|(&reply, &u)| real_part(reply, u));
-        let added = added.fold(NOTHING, plus);
+        let added = added.fold(MINUS_ZERO, plus);
         let derivatives = stored[turned.len()..].as_flattened();
         let responses = signals.iter().zip(derivatives);
         responses.fold(added, |sum, (reply, x)| plus(sum, reply.map(|r| r * x)))
@@ -226,7 +226,7 @@ impl Drive for ManyDrive {
         let phasors = stored.iter().map(|u| Complex::new(u[0], u[1]));
         let turned = self.forces(j).zip(phasors);
         let turned = turned.map(|((w, f), u)| harmonic_inputs(w, f, u));
-        let turned = turned.fold([NOTHING; 3], sum);
+        let turned = turned.fold([MINUS_ZERO; 3], sum);
         let signals = self.signals(j).zip(self.parted(stored));
         let signals = signals.map(|(d, own)| {
             let own = own.as_flattened();

@@ -1,7 +1,6 @@
 //! Smooth motion between impacts (theory 8).
 
 pub(crate) mod block;
-mod carried;
 pub(crate) mod characteristic_length;
 mod constrained;
 mod constrained_dynamics;
@@ -11,14 +10,15 @@ pub(crate) mod differences;
 pub(crate) mod drive;
 pub(crate) mod gap_model;
 mod gap_row;
+mod imposed_motion;
 pub(crate) mod integrate;
 mod linear;
-pub(crate) mod looks;
 mod many_drive;
 mod modal_scene;
 pub(crate) mod own_time;
 mod pendulum_series;
 pub(crate) mod registers;
+pub(crate) mod samples;
 mod scene_flow;
 mod series_forcing;
 mod series_of;
@@ -36,11 +36,11 @@ pub(crate) use dense::DenseFlow;
 #[cfg(test)]
 pub(crate) use gap_row::Quantity;
 pub(crate) use gap_row::{Derivatives, GapRow};
-pub(crate) use linear::{Carrier, FlowRows, LinearFlow, propagate};
-pub(crate) use modal_scene::{Flown, ModalScene, along};
+pub(crate) use linear::{FlowRows, LinearFlow, PropagatorCache, propagate};
+pub(crate) use modal_scene::{FlowCache, ModalScene, along};
 pub(crate) use pendulum_series::PendulumSeries;
 pub(crate) use scene_flow::{SceneFlow, with_flow};
 pub(crate) use series_of::{BatchMotion, SeriesOf};
-pub(crate) use series_tangents::{ABREAST, Abreast, SeriesTangents};
+pub(crate) use series_tangents::{SeriesTangents, TANGENT_LANES, TangentLanes};
 pub(crate) use timed_scene::TimedScene;
 pub(crate) use written_series::{read_series, series_width, write_series};

@@ -9,7 +9,7 @@ use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations,
 use nalgebra::{Complex, DVector};
 use std::sync::{Arc, OnceLock};
 
-/// The machinery of a linear scene.
+/// A linear scene in modal pairs: rows of its stops, forces on its blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct ModalScene {
     pub system: Arc<LinearSystem>,
@@ -22,32 +22,32 @@ pub(crate) struct ModalScene {
     /// An impulse p on stop i moves the state by `-jumps[i] p`.
     pub jumps: Arc<Vec<Vec<Pair>>>,
     pub load: Vec<Pair>,
-    /// What turns with time.
+    /// The harmonics and tones of the excitation, by their frequencies.
     pub rotations: Rotations,
     /// The force of the first rotation, phase left out but in a timed scene; zero where nothing turns.
     pub force: Vec<Response>,
-    /// Those of the others.
+    /// The forces of the other rotations.
     pub higher: Vec<Vec<Response>>,
-    /// What follows signals.
+    /// The forces that follow signals.
     pub signals: Vec<SignalInput>,
-    /// The same on the coordinates.
+    /// The whole excitation, on the physical coordinates.
     pub excitation: Excitation,
     /// The fundamental frequency, zero without forcing, and where there is no period.
     pub frequency: f64,
-    pub flown: Flown,
+    pub flow_cache: FlowCache,
 }
 
 /// The flow of a scene, made when it is first asked for. A copy has none, as it may be changed.
 #[derive(Debug, Default)]
-pub(crate) struct Flown(OnceLock<Arc<SceneFlow>>);
+pub(crate) struct FlowCache(OnceLock<Arc<SceneFlow>>);
 
-impl Clone for Flown {
+impl Clone for FlowCache {
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-/// What the stops of a scene are to its modes.
+/// The normals and reactions of the stops of a scene in its modes.
 struct ModalContacts {
     geometry: Arc<ContactGeometry>,
     position_rows: Arc<Vec<Vec<Pair>>>,
@@ -129,7 +129,7 @@ impl ModalScene {
             frequency: excitation.rotations.fundamental,
             rotations: excitation.rotations.clone(),
             excitation,
-            flown: Flown::default(),
+            flow_cache: FlowCache::default(),
         })
     }
 
@@ -169,19 +169,19 @@ impl ModalScene {
         self.jumps.len()
     }
 
-    /// How many forces turn.
+    /// Number of harmonic forces.
     pub fn n_harmonics(&self) -> usize {
         self.rotations.len()
     }
 
-    /// The forces that turn, with their frequencies.
+    /// The harmonic forces, with their frequencies \[rad/s\].
     pub fn harmonics(&self) -> impl Iterator<Item = (f64, &[Response])> {
         let forces = std::iter::once(&self.force).chain(&self.higher);
         let forces = forces.map(Vec::as_slice);
         self.rotations.frequencies().zip(forces)
     }
 
-    /// What drives it.
+    /// Its drive.
     pub fn drive(&self) -> ManyDrive {
         let forces = std::iter::once(&self.force).chain(&self.higher);
         ManyDrive {
@@ -235,7 +235,7 @@ impl ModalScene {
     /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> Arc<SceneFlow> {
         let made = || Arc::new(modal_flow(&self.form, self.load.clone(), self.drive()));
-        Arc::clone(self.flown.0.get_or_init(made))
+        Arc::clone(self.flow_cache.0.get_or_init(made))
     }
 }
 

@@ -1,4 +1,4 @@
-//! A motion in another unit of time: in that in which its speeds are as large as its positions one tolerance does for both.
+//! A motion in another unit of time \[s\]: in the one in which its speeds are as large as its positions, one tolerance serves both.
 
 use crate::error::Result;
 use crate::model::{Dynamics, Moment};

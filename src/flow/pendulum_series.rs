@@ -8,7 +8,7 @@ use crate::linalg::small;
 use crate::model::{Excitation, Links, Moment, singular_mass};
 use nalgebra::DMatrix;
 
-/// What makes the Taylor series of a pendulum's motions.
+/// The recurrence by which the Taylor series of a pendulum's motions are made.
 #[derive(Debug, Clone)]
 pub(crate) struct PendulumSeries {
     n: usize,
@@ -50,7 +50,7 @@ impl PendulumSeries {
         order * self.n * (self.n + order) + self.n.pow(3)
     }
 
-    /// What does not change with the state.
+    /// The coefficients that do not depend on the state.
     pub fn coefficients(&self) -> &MotionCoefficients {
         &self.coefficients
     }

@@ -4,7 +4,7 @@
 use crate::model::{Excitation, HarmonicPart, Links, Moment};
 use nalgebra::{Complex, DVector};
 
-/// What shakes K motions of a pendulum: the base, forces on the links, or nothing, by a factor whose series is taken along.
+/// The forcing of K motions of a pendulum: of its base, of its links, or none, by a factor whose series is made along with them.
 pub(crate) trait SeriesForcing<const K: usize> {
     type Factor;
 
@@ -41,7 +41,7 @@ fn raised<const K: usize>([re, im]: &LinkPair<K>, frequency: f64, k: f64) -> Lin
     [im.map(|im| -factor * im), re.map(|re| factor * re)]
 }
 
-/// Nothing.
+/// No forcing.
 pub(crate) struct NoForcing;
 
 impl<const K: usize> SeriesForcing<K> for NoForcing {
@@ -113,7 +113,7 @@ pub(crate) struct AnyForcing {
     has_forces: bool,
 }
 
-/// The Taylor coefficients of what shakes K motions.
+/// The Taylor coefficients of the forcing of K motions.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ShakenSeries<const K: usize> {
     /// Of the acceleration of the base, by orders.
@@ -176,7 +176,7 @@ impl AnyForcing {
     }
 }
 
-/// Anything that shakes K motions, by the coefficients that were made of it.
+/// Any forcing of K motions, by its Taylor coefficients.
 pub(crate) struct Shaken<'s, const K: usize> {
     pub forcing: &'s AnyForcing,
     pub series: &'s ShakenSeries<K>,
@@ -201,7 +201,7 @@ impl<const K: usize> SeriesForcing<K> for Shaken<'_, K> {
     }
 }
 
-/// What shakes a pendulum.
+/// The forcing of a pendulum.
 #[derive(Debug, Clone)]
 pub(crate) enum PendulumForcing {
     /// Nothing.
@@ -241,7 +241,7 @@ pub(crate) fn paired(values: &DVector<f64>) -> Vec<Two> {
 }
 
 impl PendulumForcing {
-    /// What an excitation is to a pendulum.
+    /// The simplest form of an excitation of a pendulum.
     pub fn new(excitation: &Excitation, links: &Links) -> Self {
         let Excitation {
             harmonics,

@@ -9,8 +9,8 @@ use crate::flow::steps::Tolerance;
 use crate::flow::taylor::{Blocks, Lane, MotionCoefficients, expand};
 use pulp::{Simd, WithSimd};
 
-/// Where the series of K motions come from, and the work of making them.
-struct Expansion<'a, E, const K: usize> {
+/// The work of making the series of K motions from their inputs.
+struct SeriesExpansion<'a, E, const K: usize> {
     lanes: &'a mut [Lane<K>],
     coefficients: &'a MotionCoefficients,
     inverse: &'a Blocks<LinkPair<K>>,
@@ -18,7 +18,7 @@ struct Expansion<'a, E, const K: usize> {
     angles: &'a [f64; K],
 }
 
-impl<E: SeriesForcing<K>, const K: usize> WithSimd for Expansion<'_, E, K> {
+impl<E: SeriesForcing<K>, const K: usize> WithSimd for SeriesExpansion<'_, E, K> {
     type Output = ();
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
@@ -32,7 +32,7 @@ impl<E: SeriesForcing<K>, const K: usize> WithSimd for Expansion<'_, E, K> {
     }
 }
 
-impl<E: SeriesForcing<K>, const K: usize> Expansion<'_, E, K> {
+impl<E: SeriesForcing<K>, const K: usize> SeriesExpansion<'_, E, K> {
     /// [`expand`] with the number of lanes known at compile time where it is small.
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
@@ -64,7 +64,7 @@ pub(crate) struct SeriesOf<const K: usize> {
     pub shaken: ShakenSeries<K>,
     /// Order of the velocities; the positions have one more.
     pub order: usize,
-    /// Room for a mass matrix and a column.
+    /// Room for a mass matrix by rows and a column, shape `(n (n + 1),)`, \[kg m^2\] for n links.
     pub scratch: Vec<f64>,
 }
 
@@ -121,8 +121,9 @@ impl<const K: usize> SeriesOf<K> {
     }
 }
 
-/// Where K series begin: their lanes, what does not change, the inverses of the mass matrices, the angles.
-type About<'a, const K: usize> = (
+/// The inputs of K series: their lanes with the coefficients of order zero, the constant coefficients, the inverses of the mass matrices, the
+/// angles of the forcing.
+type SeriesInputs<'a, const K: usize> = (
     &'a mut [Lane<K>],
     &'a MotionCoefficients,
     &'a Blocks<LinkPair<K>>,
@@ -130,10 +131,10 @@ type About<'a, const K: usize> = (
 );
 
 fn expand_shaken<E: SeriesForcing<K>, const K: usize>(
-    (lanes, coefficients, inverse, angles): About<'_, K>,
+    (lanes, coefficients, inverse, angles): SeriesInputs<'_, K>,
     excitation: &E,
 ) {
-    in_registers_of::<K, _>(Expansion {
+    in_registers_of::<K, _>(SeriesExpansion {
         lanes,
         coefficients,
         inverse,

@@ -1,4 +1,4 @@
-//! What deviations of its start make of the Taylor series of a pendulum's motion: the series of the linearised equations (theory 8).
+//! The Taylor series of the variational equations of a pendulum: of first-order deviations from its motion (theory 8).
 //!
 //! With `s = sin q`, `c = cos q` the deviations are `ds = c dq` and `dc = -s dq`, products of series. The equations of motion
 //! `c_i P_i - s_i Q_i = -(C v)_i + f_i` give `c dP - s dQ = -C dv + R dq`, in which `R = s P + c Q` is of the motion alone, `dP = I ds''`
@@ -9,25 +9,25 @@ use crate::flow::series_of::SeriesOf;
 use crate::flow::taylor::{Lane, MotionCoefficients, RECIPROCALS, ROWS};
 use pulp::{Simd, WithSimd};
 
-/// Deviations whose series are made together.
-pub(crate) const ABREAST: usize = 4;
-/// The numbers of those.
-pub(crate) type Abreast = [f64; ABREAST];
+/// Number of deviations whose series are made together. [work]
+pub(crate) const TANGENT_LANES: usize = 4;
+/// A number for each of these deviations.
+pub(crate) type TangentLanes = [f64; TANGENT_LANES];
 
-const NONE: Abreast = [0.0; ABREAST];
+const NONE: TangentLanes = [0.0; TANGENT_LANES];
 
 /// The series of deviations along one link: coefficient k is that of `t^k`.
 #[derive(Debug, Clone)]
 struct LinkTangents {
-    q: [Abreast; ROWS],
-    v: [Abreast; ROWS],
+    q: [TangentLanes; ROWS],
+    v: [TangentLanes; ROWS],
     /// Of P and Q of the equations of motion.
-    across: [Abreast; ROWS],
-    along: [Abreast; ROWS],
+    across: [TangentLanes; ROWS],
+    along: [TangentLanes; ROWS],
     /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
-    bent: [Abreast; 2],
+    bent: [TangentLanes; 2],
     /// What drives the acceleration of the order in work.
-    rest: Abreast,
+    rest: TangentLanes,
 }
 
 impl LinkTangents {
@@ -41,12 +41,12 @@ impl LinkTangents {
     };
 }
 
-/// The coefficients along one link of the motion that deviations are about.
+/// The coefficients along one link of the base motion, from which deviations are counted.
 #[derive(Debug, Clone)]
-struct About {
+struct BaseSeries {
     sin: [f64; ROWS],
     cos: [f64; ROWS],
-    /// R, what the equation of motion makes of a turn of the link.
+    /// R, the derivative of the equation of motion by the angle of the link.
     turn: [f64; ROWS],
 }
 
@@ -55,7 +55,7 @@ struct About {
 pub(crate) struct SeriesTangents {
     /// One after the other, the links of each.
     groups: Vec<LinkTangents>,
-    about: Vec<About>,
+    about: Vec<BaseSeries>,
     matrices: Matrices,
 }
 
@@ -75,7 +75,7 @@ impl SeriesTangents {
         let entries = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
         let damping = &coefficients.damping;
         let inertia = entries().map(|(i, j)| coefficients.inertia.beside(i, j, lanes)[i % 2]);
-        let none = About {
+        let none = BaseSeries {
             sin: [0.0; ROWS],
             cos: [0.0; ROWS],
             turn: [0.0; ROWS],
@@ -96,8 +96,12 @@ impl SeriesTangents {
         }
     }
 
-    /// Makes the series of deviations about a motion; `start` gives the position and velocity of each of a group at a link.
-    pub fn expand(&mut self, motion: &SeriesOf<1>, start: impl Fn(usize, usize) -> [Abreast; 2]) {
+    /// Makes the series of deviations from a base motion; `start` gives the position and velocity of each of a group at a link.
+    pub fn expand(
+        &mut self,
+        motion: &SeriesOf<1>,
+        start: impl Fn(usize, usize) -> [TangentLanes; 2],
+    ) {
         let n = self.about.len();
         for (at, link) in self.groups.iter_mut().enumerate() {
             [link.q[0], link.v[0]] = start(at / n, at % n);
@@ -108,7 +112,7 @@ impl SeriesTangents {
             let (i, j) = (at / n, at % n);
             *entry = motion.inverse.beside(i, j, lanes)[i % 2][0];
         }
-        in_registers_of::<ABREAST, _>(Expansion { of: self, motion });
+        in_registers_of::<TANGENT_LANES, _>(TangentExpansion { of: self, motion });
     }
 
     /// The deviations of a group a time after the start, up to an order of the velocities: `put` takes the link, the position and velocity of
@@ -117,9 +121,9 @@ impl SeriesTangents {
         &self,
         group: usize,
         (time, order): (f64, usize),
-        put: impl FnMut(usize, [Abreast; 2]),
+        put: impl FnMut(usize, [TangentLanes; 2]),
     ) {
-        in_registers_of::<ABREAST, _>(Sums {
+        in_registers_of::<TANGENT_LANES, _>(TangentSums {
             links: self.group(group),
             time,
             order,
@@ -137,7 +141,7 @@ impl SeriesTangents {
     pub fn last_terms(&self, time: f64, order: usize) -> f64 {
         let power = (1..order).fold(1.0, |power, _| power * time);
         let of_group = |links: &[LinkTangents]| {
-            let largest = |of: &dyn Fn(&LinkTangents) -> Abreast| {
+            let largest = |of: &dyn Fn(&LinkTangents) -> TangentLanes| {
                 links.iter().fold(NONE, |most, link| {
                     let own = of(link);
                     std::array::from_fn(|m| f64::max(most[m], own[m].abs()))
@@ -151,20 +155,20 @@ impl SeriesTangents {
                 let term = time * power * early[m].max(time * last[m]);
                 if size > 0.0 { term / size } else { 0.0 }
             };
-            (0..ABREAST).map(part).fold(0.0, f64::max)
+            (0..TANGENT_LANES).map(part).fold(0.0, f64::max)
         };
         let groups = self.groups.chunks(self.about.len());
         groups.map(of_group).fold(0.0, f64::max)
     }
 }
 
-/// Deviations, and the motion that they are about.
-struct Expansion<'a> {
+/// The work of making the series of deviations from a base motion.
+struct TangentExpansion<'a> {
     of: &'a mut SeriesTangents,
     motion: &'a SeriesOf<1>,
 }
 
-impl WithSimd for Expansion<'_> {
+impl WithSimd for TangentExpansion<'_> {
     type Output = ();
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
@@ -196,14 +200,14 @@ impl WithSimd for Expansion<'_> {
 }
 
 /// Positions and velocities of a group at a time.
-struct Sums<'a, P> {
+struct TangentSums<'a, P> {
     links: &'a [LinkTangents],
     time: f64,
     order: usize,
     put: P,
 }
 
-impl<P: FnMut(usize, [Abreast; 2])> WithSimd for Sums<'_, P> {
+impl<P: FnMut(usize, [TangentLanes; 2])> WithSimd for TangentSums<'_, P> {
     type Output = ();
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
@@ -221,7 +225,7 @@ impl<P: FnMut(usize, [Abreast; 2])> WithSimd for Sums<'_, P> {
     }
 }
 
-impl About {
+impl BaseSeries {
     /// Takes the coefficients along one link of a lane.
     #[allow(clippy::inline_always, reason = "a part of the series")]
     #[inline(always)]
@@ -230,33 +234,33 @@ impl About {
             (self.sin[k], self.cos[k]) = (lane.sin[k][i][0], lane.cos[k][i][0]);
         }
         // Orders below zero come first.
-        let (mut across, mut along) = ([0.0; ABREAST + ROWS], [0.0; ABREAST + ROWS]);
+        let (mut across, mut along) = ([0.0; TANGENT_LANES + ROWS], [0.0; TANGENT_LANES + ROWS]);
         for k in 0..order {
-            across[ABREAST + k] = lane.across[k][i][0];
-            along[ABREAST + k] = lane.along[k][i][0];
+            across[TANGENT_LANES + k] = lane.across[k][i][0];
+            along[TANGENT_LANES + k] = lane.along[k][i][0];
         }
-        // Orders abreast.
-        for first in (0..order).step_by(ABREAST) {
+        // Several orders at once.
+        for first in (0..order).step_by(TANGENT_LANES) {
             let (mut of_sin, mut of_cos) = (NONE, NONE);
-            for j in 0..first + ABREAST {
-                let back = first + ABREAST - j;
+            for j in 0..first + TANGENT_LANES {
+                let back = first + TANGENT_LANES - j;
                 let rows = (across[back..].first_chunk(), along[back..].first_chunk());
                 if let (Some(across), Some(along)) = rows {
                     of_sin = plus::<A>(of_sin, self.sin[j], across);
                     of_cos = plus::<A>(of_cos, self.cos[j], along);
                 }
             }
-            for m in 0..ABREAST {
+            for m in 0..TANGENT_LANES {
                 self.turn[first + m] = of_sin[m] + of_cos[m];
             }
         }
     }
 }
 
-/// Something of each of the deviations abreast.
+/// A number for each of the deviations of a group, from its place in the group.
 #[allow(clippy::inline_always, reason = "a part of the innermost loop")]
 #[inline(always)]
-fn each(of: impl Fn(usize) -> f64) -> Abreast {
+fn each(of: impl Fn(usize) -> f64) -> TangentLanes {
     let mut all = NONE;
     for (m, x) in all.iter_mut().enumerate() {
         *x = of(m);
@@ -267,7 +271,7 @@ fn each(of: impl Fn(usize) -> f64) -> Abreast {
 /// `sum + a x`
 #[allow(clippy::inline_always, reason = "a part of the innermost loop")]
 #[inline(always)]
-fn plus<A: Arithmetic>(sum: Abreast, a: f64, x: &Abreast) -> Abreast {
+fn plus<A: Arithmetic>(sum: TangentLanes, a: f64, x: &TangentLanes) -> TangentLanes {
     each(|m| A::add_product(a, x[m], sum[m]))
 }
 
@@ -277,8 +281,8 @@ fn plus<A: Arithmetic>(sum: Abreast, a: f64, x: &Abreast) -> Abreast {
 fn product<A: Arithmetic>(
     row: &[f64],
     links: &[LinkTangents],
-    of: impl Fn(&LinkTangents) -> &Abreast,
-) -> Abreast {
+    of: impl Fn(&LinkTangents) -> &TangentLanes,
+) -> TangentLanes {
     let mut sum = NONE;
     for j in 0..row.len() {
         sum = plus::<A>(sum, row[j], of(&links[j]));
@@ -294,7 +298,7 @@ fn product<A: Arithmetic>(
 #[inline(always)]
 fn expand<A: Arithmetic>(
     links: &mut [LinkTangents],
-    about: &[About],
+    about: &[BaseSeries],
     matrices: &Matrices,
     order: usize,
 ) {
@@ -344,11 +348,11 @@ impl LinkTangents {
     /// equations of motion all but those with the deviations of P, Q and the velocity of order k.
     #[allow(clippy::inline_always, reason = "the innermost loop of the series")]
     #[inline(always)]
-    fn raise<A: Arithmetic>(&mut self, about: &About, k: usize) {
+    fn raise<A: Arithmetic>(&mut self, about: &BaseSeries, k: usize) {
         let (c, s, r) = (&about.cos[..k + 3], &about.sin[..k + 3], &about.turn[..=k]);
         let (own, next) = (&self.q[..=k], &self.q[2..k + 2]);
         let (across, along) = (&self.across[..k], &self.along[..k]);
-        // Sums of their own, none of which waits for another.
+        // TangentSums of their own, none of which waits for another.
         let [mut sin, mut cos, mut of_turn, mut of_across, mut of_along] = [NONE; 5];
         for j in 0..k {
             let back = k - j;

@@ -1,12 +1,12 @@
 //! A forced linear flow as a free one (theory 4 and 8): where no block is near resonance, the motion is its steady response
-//! plus a free motion, and the steady response is one more block for each harmonic, a rotation at its frequency. What walks along
+//! plus a free motion, and the steady response is one more block for each harmonic, a rotation at its frequency. A search along
 //! such a flow needs no response from rest, and the remainder of the forcing's part of a gap is its exact amplitude.
 
 use crate::flow::block::{BlockFlow, BlockPropagator};
 use crate::flow::drive::{Undriven, real_part};
 use crate::flow::gap_row::{Derivatives, GapRow, Quantity};
 use crate::flow::linear::{FlowRates, FlowRows, LinearFlow};
-use crate::flow::looks::{LookDerivatives, Stride};
+use crate::flow::samples::{SampleDerivatives, Stride};
 use crate::linalg::elementary::sin_cos;
 use crate::linalg::plane::plus;
 use crate::modal::{Block, ModalState, Pair, Response};
@@ -79,7 +79,7 @@ impl SplitFlow {
         })
     }
 
-    /// Puts the rotations, behind the blocks of a state, where they are at a moment.
+    /// Sets the rotations, which follow the blocks in a state, to their phasors at a moment.
     #[inline]
     fn turn(&self, state: &mut [Pair], at: Moment) {
         let turned = &mut state[self.equilibrium.len()..];
@@ -155,8 +155,8 @@ impl LinearFlow for SplitFlow {
 
     #[allow(clippy::inline_always, reason = "compiled for each kind of registers")]
     #[inline(always)]
-    fn look(&self, strides: &[Stride], state: &[Pair], looks: &mut [LookDerivatives]) {
-        self.flow.look(strides, state, looks);
+    fn sample(&self, strides: &[Stride], state: &[Pair], samples: &mut [SampleDerivatives]) {
+        self.flow.sample(strides, state, samples);
     }
 
     #[inline]
@@ -187,7 +187,7 @@ impl FlowRows for SplitFlow {
         for (turning, f) in enlarged[row.len()..].iter_mut().zip(quantity.harmonics()) {
             *turning = [turning[0] + f.re, turning[1] - f.im];
         }
-        // Fast forcing moves modes as much as it moves nothing: what they leave of each other is known to what they are.
+        // Under fast forcing the parts of the modes cancel: their sum has the rounding of its largest terms.
         let seen = |(steady, f): (&Vec<Response>, Complex<f64>)| {
             [|z: Complex<f64>| z.re, |z: Complex<f64>| z.im].map(|part| {
                 let terms = |(r, y): (&Pair, &Response)| {

@@ -8,12 +8,12 @@
 use crate::flow::registers::Arithmetic;
 use crate::flow::series_forcing::{LinkPair, SeriesForcing, Two, each};
 
-/// Highest order of a series.
+/// Highest order of a series. [work]
 pub(crate) const MOST_ORDER: usize = 24;
-/// Coefficients of the positions, which have one order more than the velocities.
+/// Coefficients of the positions, which have one order more than the velocities. [exact]
 pub(crate) const ROWS: usize = MOST_ORDER + 2;
 
-/// `1/k`, zero for k = 0.
+/// `1/k`, zero for k = 0. [exact]
 pub(crate) const RECIPROCALS: [f64; ROWS] = {
     let mut all = [0.0; ROWS];
     let mut k = 1;
@@ -37,7 +37,7 @@ pub(crate) struct Lane<const K: usize> {
     pub along: [LinkPair<K>; ROWS],
     /// The second derivatives of sine and cosine at the order in work: without the acceleration, then its part alone.
     bent: [LinkPair<K>; 2],
-    /// What drives the acceleration of the order in work.
+    /// The right-hand side of the acceleration of the order in work.
     rest: LinkPair<K>,
     acceleration: LinkPair<K>,
 }
@@ -115,7 +115,7 @@ fn add_product<A: Arithmetic, const K: usize>(
     }
 }
 
-/// What does not change with the state.
+/// The coefficients that do not depend on the state.
 #[derive(Debug, Clone)]
 pub(crate) struct MotionCoefficients {
     /// The order of the velocities.

@@ -10,8 +10,8 @@ use crate::flow::scene_flow::SceneFlow;
 use crate::model::{Laws, Scene};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Motions with stops held that are kept with a scene.
-const MOST_KEPT: usize = 32;
+/// Motions with stops held that are kept with a scene. [work]
+const MOST_KEPT_MOTIONS: usize = 32;
 
 /// A linear scene as it runs by the clock, and its flow: the forcing's phase is in its amplitude. A slow force that begins from zero has
 /// all its digits there, and few in the sum of phase and angle.
@@ -23,7 +23,7 @@ pub(crate) struct TimedScene {
     held: Mutex<Vec<Arc<ConstrainedMotion>>>,
     equations: OnceLock<LinearEquations>,
     lengths: OnceLock<CharacteristicLengths>,
-    /// The times at which a signal passes from one polynomial to the next.
+    /// The times at which a signal passes from one polynomial to the next, ascending, shape `(n_breaks,)`, \[s\].
     pub breaks: Vec<f64>,
     laws: Option<Arc<Laws>>,
 }
@@ -57,7 +57,7 @@ impl TimedScene {
             .get_or_init(|| LinearEquations::new(&self.modal.system, None))
     }
 
-    /// How far its motion goes, as it says itself.
+    /// Its characteristic lengths.
     pub fn lengths(&self) -> &CharacteristicLengths {
         (self.lengths).get_or_init(|| CharacteristicLengths::new(&self.modal))
     }
@@ -70,7 +70,7 @@ impl TimedScene {
         }
         let made = Arc::new(ConstrainedMotion::new(&self.modal, stops)?);
         let mut kept = kept();
-        if kept.len() < MOST_KEPT {
+        if kept.len() < MOST_KEPT_MOTIONS {
             kept.push(Arc::clone(&made));
         }
         Ok(made)

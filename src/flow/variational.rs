@@ -1,13 +1,13 @@
 //! The variational equations: a motion and deviations from it as one motion. The derivative of the acceleration is the system's own where it
-//! is known, and else had by differences along each deviation (`differences.rs`). Neither knows of a place at which the acceleration jumps,
-//! and so steps are looked across for such (theory 7).
+//! is known, and taken by finite differences along each deviation otherwise (`differences.rs`). Neither shows where the
+//! acceleration jumps, so each step is tested for a jump (theory 7).
 
 use crate::error::Result;
-use crate::flow::differences::{Differences, Doubt, Watch};
+use crate::flow::differences::{DerivativeWarning, Differences, WarningLog};
 use crate::flow::integrate::Accepted;
 use crate::flow::steps::Stepper;
 use crate::model::{Dynamics, Moment};
-use crate::tolerance::{JUMP, JUMP_HALVINGS, ONE_SIDED};
+use crate::tolerance::{ACCELERATION_JUMP, JUMP_HALVINGS, ONE_SIDED};
 use std::cell::{Cell, RefCell};
 
 /// A motion and deviations from it as one motion: coordinates `(q, dq_1, dq_2, ...)`.
@@ -16,21 +16,21 @@ pub(crate) struct Variational<'a, D> {
     /// Number of deviations.
     count: usize,
     differences: RefCell<Differences>,
-    /// Where it is noted that deviations are not what they should be, if somebody wants to know.
-    watch: Option<&'a Watch>,
+    /// The log of warnings about the deviations, where one is kept.
+    log: Option<&'a WarningLog>,
     /// The largest acceleration so far.
     largest: Cell<f64>,
 }
 
-/// A moment with the state there.
+/// A state of the motion with its moment.
 #[derive(Clone)]
-struct Place {
+struct TrajectoryPoint {
     at: Moment,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl Place {
+impl TrajectoryPoint {
     /// Half way between two.
     fn between(a: &Self, b: &Self) -> Self {
         let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
@@ -50,27 +50,27 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 
 impl<'a, D: Dynamics> Variational<'a, D> {
     /// A motion with deviations, whose differences are taken where it says no derivatives, and where doubts about them are noted.
-    pub fn new(dynamics: &'a D, differences: Differences, watch: Option<&'a Watch>) -> Self {
+    pub fn new(dynamics: &'a D, differences: Differences, log: Option<&'a WarningLog>) -> Self {
         Self {
             dynamics,
             count: differences.count(),
             differences: RefCell::new(differences),
-            watch,
+            log,
             largest: Cell::new(0.0),
         }
     }
 
-    /// Looks across a step for a place at which the acceleration jumps.
+    /// Tests a step for a jump of the acceleration.
     ///
     /// # Errors
     /// What the acceleration reports.
     pub fn look_across<P: Stepper<Vec<f64>>>(&self, step: &Accepted<'_, P>) -> Result<()> {
-        let Some(watch) = self.watch else {
+        let Some(log) = self.log else {
             return Ok(());
         };
         let n = self.dynamics.n_dof();
         let half = n * (1 + self.count);
-        let place = |at: Moment, x: &[f64]| Place {
+        let place = |at: Moment, x: &[f64]| TrajectoryPoint {
             at,
             q: x[..n].to_vec(),
             v: x[half..half + n].to_vec(),
@@ -85,26 +85,31 @@ impl<'a, D: Dynamics> Variational<'a, D> {
             acceleration(step.stepper.end_rate()),
         ];
         if let Some(time) = self.jump(ends, values)? {
-            watch.note(Doubt::Jump { time });
+            log.note(DerivativeWarning::Jump { time });
         }
         Ok(())
     }
 
-    /// When the acceleration jumps between two places, if it does: where in one half after the other nearly all of its change lies. What
-    /// changes with the time alone is no jump to deviations.
-    fn jump(&self, mut ends: [Place; 2], mut values: [Vec<f64>; 2]) -> Result<Option<f64>> {
+    /// When the acceleration jumps between two places, if it does: nearly all of its change then lies in one half of the step, and so
+    /// on in each half. A change with time alone is no jump for deviations.
+    fn jump(
+        &self,
+        mut ends: [TrajectoryPoint; 2],
+        mut values: [Vec<f64>; 2],
+    ) -> Result<Option<f64>> {
         let size = |a: &[f64]| a.iter().fold(self.largest.get(), |m, x| m.max(x.abs()));
         self.largest
             .set(values.iter().map(|a| size(a)).fold(0.0, f64::max));
         for _ in 0..JUMP_HALVINGS {
-            let middle = Place::between(&ends[0], &ends[1]);
+            let middle = TrajectoryPoint::between(&ends[0], &ends[1]);
             let mut value = vec![0.0; middle.q.len()];
             let at = middle.at;
             self.dynamics
                 .acceleration(at, &middle.q, &middle.v, &mut value)?;
             let [first, second] = [apart(&values[0], &value), apart(&value, &values[1])];
             let more = first.max(second);
-            if more < ONE_SIDED * (first + second) || more <= JUMP * self.largest.get() {
+            if more < ONE_SIDED * (first + second) || more <= ACCELERATION_JUMP * self.largest.get()
+            {
                 return Ok(None);
             }
             let side = usize::from(first > second);
@@ -163,9 +168,9 @@ impl<D: Dynamics> Dynamics for Variational<'_, D> {
             differences.along(k - 1, deviation, &rate, own)?;
         }
         if std::mem::take(&mut differences.is_doubtful)
-            && let Some(watch) = self.watch
+            && let Some(log) = self.log
         {
-            watch.note(Doubt::Differences { time: at.time });
+            log.note(DerivativeWarning::Differences { time: at.time });
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
-//! What first deviations from a motion become at its instants (theory 7, 9): at an impact, whose time depends on them, and over the rest of
-//! impacts that accumulate.
+//! First-order deviations from a motion across its events (theory 7, 9): across an impact, whose time depends on them, and across the rest
+//! of impacts that accumulate. States are `(q, v)`, deviations columns of such.
 //!
-//! Where a stop is held behind an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and after agree, its
+//! Where a stop is held after an impact with e = 0, f+ is the rate of the held motion. At a release the rates before and after agree, its
 //! contact force being zero, and nothing happens to deviations. The rest of impacts that accumulate has the Jacobian of its map, between
 //! fixed times: `dx* - f_held dt*` (`chatter_map.rs`).
 

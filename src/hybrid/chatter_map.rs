@@ -2,7 +2,7 @@
 //!
 //! A state before an impact and its time, `Y = (x, t)`, lie on `h = 0`. One round of the sequence is the impact
 //! `x+ = x + W h'`, `W = (0, (1 + e) b/(n.b))`, and the flight to the next zero of the gap. A deviation `(dx, dt)` of Y goes
-//! through the impact as `R_x dx` and through the flight as follows: at a fixed time behind the impact it is
+//! through the impact as `R_x dx` and through the flight as follows: at a fixed time after the impact it is
 //! `dx - f dt`, at the fixed end `y = J (dx - f dt)` with the Jacobian J of the flow; the next contact is late by
 //! `dt' = -(g.y)/(g.f')`, `g = grad h`, and there `dx' = y + f' dt'`. Rounds are gone through one by one until the rest is
 //! below the tolerance of an orbit; so a chatter of a thousand impacts costs a thousand small products and no unknown.
@@ -17,9 +17,9 @@
 //! as that; the map as executed, its dependence on a included, is differentiated instead (central differences of one
 //! evaluation, no flight), so that Newton keeps its order and the multipliers are those of the process as it runs.
 //!
-//! Behind it the motion is held: `h = h' = 0` for every deviation, so that at a fixed time, where the deviation is
+//! After it the motion is held: `h = h' = 0` for every deviation, so that at a fixed time, where the deviation is
 //! `dx* - f_held dt*`, two of 2n directions are gone. Each completed chatter so gives two zero multipliers, and so does each
-//! impact with e = 0 behind which a stop is held.
+//! impact with e = 0 after which a stop is held.
 //!
 //! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding:
 //! a later contact brings a larger impulse, by just what the contact force would have given.
@@ -30,25 +30,24 @@ use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::CompleteChatter;
-use crate::model::DIFFERENCE;
-use crate::tolerance::CHATTER_DEPTH;
+use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, CHATTER_DEPTH, NEAR_CHATTER_DEPTH};
 use nalgebra::{DMatrix, DVector};
 
-/// What fails where impacts that are to accumulate do not.
+/// The stage that fails where impacts that should accumulate do not.
 pub(crate) const NO_REST: &str = "the completion of impacts that accumulate";
 
-/// Impacts after which there is no end of them in sight: e = 0.9999 has 150 000.
+/// Impacts after which a sequence has no end in sight: e = 0.9999 has 150 000. [work]
 const MOST_BOUNCES: usize = 1_000_000;
-/// Of a sequence that is so near to its depth the flights may be lower than what gaps are known to.
-const NEARLY_DEEP: f64 = 10.0;
-/// Newton steps to the next contact of a round.
-const MOST_STEPS: usize = 50;
+/// Newton steps to the next contact of a round. [work]
+const MOST_FLIGHT_STEPS: usize = 50;
 
 /// One impact of a sequence that accumulates.
 #[derive(Debug, Clone)]
 pub(crate) struct Bounce {
     pub time: f64,
+    /// The state `(q, v)` before the impact, shape `(2 n_dof,)`, \[m\] and \[m/s\].
     pub before: DVector<f64>,
+    /// The state `(q, v)` after the impact, shape `(2 n_dof,)`, \[m\] and \[m/s\].
     pub after: DVector<f64>,
     pub impulse: f64,
 }
@@ -59,6 +58,7 @@ pub(crate) struct Chatter {
     pub bounces: Vec<Bounce>,
     /// Where the rest begins, and the state before the impact there.
     pub last_time: f64,
+    /// The state `(q, v)` before the impact there, shape `(2 n_dof,)`, \[m\] and \[m/s\].
     pub last: DVector<f64>,
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn strike<M: HybridMaps + ?Sized>(
     Ok(impulses)
 }
 
-/// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact behind it.
+/// Goes through the sequence that begins with an impact on a stop; `y` becomes the state in lasting contact after it.
 pub(crate) fn complete<M: HybridMaps + ?Sized>(
     motion: &M,
     stop: usize,
@@ -120,8 +120,8 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         if rest.residual() <= CHATTER_DEPTH * units.position {
             break;
         }
-        let last =
-            (rest.residual() <= NEARLY_DEEP * CHATTER_DEPTH * units.position).then(|| y.clone());
+        let last = (rest.residual() <= NEAR_CHATTER_DEPTH * CHATTER_DEPTH * units.position)
+            .then(|| y.clone());
         let before = y.state.clone();
         let impulses = strike(motion, &[stop], y)?;
         let after = y.state.clone();
@@ -174,7 +174,7 @@ fn next_contact<M: HybridMaps + ?Sized>(
     let mut none = DMatrix::zeros(after.len(), 0);
     let mut span = guess;
     let mut least = f64::INFINITY;
-    for step in 0..MOST_STEPS {
+    for step in 0..MOST_FLIGHT_STEPS {
         let mut state = after.clone();
         motion.flow(&[], (start, start + span), &mut state, &mut none)?;
         let there = motion.gap(stop, start + span, &state)?;
@@ -191,7 +191,7 @@ fn next_contact<M: HybridMaps + ?Sized>(
         least = correction.abs();
         span += correction;
     }
-    Err(failed(MOST_STEPS, least))
+    Err(failed(MOST_FLIGHT_STEPS, least))
 }
 
 /// The rest of the sequence at once, with its Jacobian, in a motion of some units.
@@ -207,7 +207,7 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
         if largest == 0.0 {
             continue;
         }
-        let step = DIFFERENCE / largest;
+        let step = CENTRAL_DIFFERENCE_STEP / largest;
         let moved = |sign: f64| {
             let x = &y.state + &column * (sign * step);
             rest(motion, stop, y.time + sign * step * *delay, &x)

@@ -20,12 +20,13 @@ use crate::observer::Observer;
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
 
+/// The forcing phase of the test [rad]. [exact]
 const PHASE: f64 = 0.4;
-const USUAL: Tolerances = Tolerances {
+const CONTRACT_TOLERANCES: Tolerances = Tolerances {
     relative: 1e-9,
     absolute: None,
 };
-const TIGHT: Tolerances = Tolerances {
+const TIGHT_CONTRACT_TOLERANCES: Tolerances = Tolerances {
     relative: 1e-12,
     absolute: Some(1e-14),
 };
@@ -86,7 +87,8 @@ impl Recorder for Notes {
 /// A number, and how much less well it may be known than others: third derivatives are differences where steps are taken.
 type Fact = (f64, f64);
 
-const ROUGH: f64 = 1e3;
+/// How much less well third derivatives are known in the test. [exact]
+const JERK_ROUGHNESS: f64 = 1e3;
 
 /// The numbers of a system where it is.
 fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<Fact> {
@@ -129,7 +131,9 @@ fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<Fact> {
     }
     facts.extend([system.clock().time(), system.phase()]);
     let facts = facts.into_iter().map(|x| (x, 1.0));
-    facts.chain(rough.into_iter().map(|x| (x, ROUGH))).collect()
+    facts
+        .chain(rough.into_iter().map(|x| (x, JERK_ROUGHNESS)))
+        .collect()
 }
 
 /// What happens to a scene that is struck, held, and let go again: the numbers all along.
@@ -188,7 +192,12 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
 
 fn integrated<P: Stepper<[f64; 4], Choice = ()>>(scene: &Scene) -> Vec<Fact> {
     let motion = SceneMotion::new(scene);
-    let mut flow = IntegratedFlow::new(&motion, scene, TIGHT, InSteps::<(), P>::new(()));
+    let mut flow = IntegratedFlow::new(
+        &motion,
+        scene,
+        TIGHT_CONTRACT_TOLERANCES,
+        InSteps::<(), P>::new(()),
+    );
     facts_of_a_run(&mut flow)
 }
 
@@ -197,7 +206,7 @@ fn both_systems_keep_the_contract() {
     let scene = scene();
     let timed = TimedScene::of(&scene, "the test").expect("linear");
     let exact = with_flow!(&*timed.flow, f => {
-        facts_of_a_run(&mut ClosedForm::new(f, &timed, PHASE, USUAL))
+        facts_of_a_run(&mut ClosedForm::new(f, &timed, PHASE, CONTRACT_TOLERANCES))
     });
     for (name, found, allowed) in [
         ("rk45", integrated::<DormandPrince<[f64; 4]>>(&scene), 1e-7),
@@ -255,7 +264,7 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
 }
 
 /// The same scene under a load that follows samples too, with corners on every flight of the maps.
-fn followed() -> Scene {
+fn with_sampled_load() -> Scene {
     let t: Vec<f64> = (0..20).map(|k| 0.17 * f64::from(k)).collect();
     let values: Vec<f64> = t.iter().map(|t| 3.0 * (7.0 * t).sin()).collect();
     let load = Load::new(1, Signal::samples(&t, &values).expect("valid")).expect("valid");
@@ -266,7 +275,7 @@ fn followed() -> Scene {
 
 #[test]
 fn both_systems_have_the_same_maps() {
-    for scene in [scene(), followed()] {
+    for scene in [scene(), with_sampled_load()] {
         let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
         let sets = [vec![0], vec![2]];
         let held = crate::hybrid::constrained_motions(&modal, sets.iter().map(Vec::as_slice));

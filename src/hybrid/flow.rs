@@ -1,6 +1,6 @@
 //! The flow of a hybrid system, from event to event.
 
-use crate::contact::certified::Doubt;
+use crate::contact::certified::SearchFailure;
 use crate::error::Result;
 use crate::flow::ConstrainedMotion;
 use crate::hybrid::recorder::Recorder;
@@ -23,10 +23,10 @@ pub(crate) enum Arrival {
     /// Where the steps of an integrator became too short for the time.
     Underflow,
     /// Where a contact could neither be found nor excluded.
-    Uncertain { stop: usize, doubt: Doubt },
+    Uncertain { stop: usize, doubt: SearchFailure },
 }
 
-/// What a flow counts, and to which tolerance.
+/// Counts of evaluations and steps, and the tolerance of the run.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Counts {
     /// Evaluations of the right-hand side.
@@ -39,10 +39,10 @@ pub(crate) struct Counts {
     pub atol: f64,
 }
 
-/// What moves a hybrid system from event to event.
+/// The motion of a hybrid system from event to event.
 pub(crate) trait HybridFlow {
-    /// What it moves: by its type where an impact is worth little more than the calls that the loop of flights makes, as any system
-    /// where steps outweigh them; one loop serves all of those.
+    /// The system that it moves: of a type of its own where an impact takes little more time than the calls of the event loop (exact
+    /// flights); behind a `dyn` where integration steps outweigh them, so that one compiled loop serves all of these.
     type System: HybridSystem + ?Sized;
 
     /// The system where it is now.
@@ -65,19 +65,19 @@ pub(crate) trait HybridFlow {
     fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()>;
     /// The counts since the start.
     fn counts(&self) -> Counts;
-    /// What is to be said of the run since the start, to follow the message.
+    /// Remarks on the run since the start, to be appended to the message.
     fn remarks(&self) -> String;
     /// The motions while stops were held, which arcs refer to.
     fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>>;
 }
 
-/// A flow as the loop of flights takes it.
+/// A flow in the form for which the event loop is compiled: static dispatch for exact flights, dynamic for integrated ones.
 pub(crate) trait AnyLoop: HybridFlow {
-    /// What the loop is made for.
+    /// The type for which the loop is compiled.
     type Taken<'s>: HybridFlow + ?Sized
     where
         Self: 's;
 
-    /// The flow as that.
+    /// The flow as that type.
     fn taken(&mut self) -> &mut Self::Taken<'_>;
 }

@@ -1,23 +1,23 @@
-//! What an impact on one stop does to others that are held at that instant (theory 9): it presses them, and they take impulses with it, or it
-//! throws the motion off them. Newton's law of all of them decides, as in a simulation.
+//! The effect of an impact on one stop on others that are held at that instant (theory 9): it presses the motion onto them, and they take
+//! impulses with it, or it throws the motion off them. The impact law of all of them together decides, as in a simulation.
 
 use crate::error::Result;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::impact::resolve_impacts;
 use nalgebra::{DMatrix, DVector};
 
-/// What becomes of stops that are held at an impact on another.
+/// The states, after an impact on one stop, of the stops that were held before.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldThrough {
     /// The stop that is hit, and those held that take an impulse with it.
     pub struck: Vec<usize>,
-    /// Those that are held behind it.
+    /// Those that are held after it.
     pub held: Vec<usize>,
-    /// Those that are left.
+    /// Those that the motion is thrown off.
     pub thrown: Vec<usize>,
 }
 
-/// What an impact on a stop does to others that are held. The law knows no scale: it is the same for every speed.
+/// The effect of an impact on a stop on others that are held. The law has no scale: the result is the same for every speed.
 ///
 /// # Errors
 /// What the maps report; reactions with which no impulses keep the stops from closing.

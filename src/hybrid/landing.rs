@@ -1,25 +1,24 @@
-//! What becomes of first deviations where stops come to be held (theory 9, 16): what would leave them is gone, along their reactions.
+//! What becomes of first deviations where stops come to be held (theory 9, 16): the directions that would leave the stops are projected away, along their reactions.
 
 use crate::error::Result;
 use crate::hybrid::maps::{HybridMaps, project_onto};
 use crate::hybrid::timed::Timed;
 use crate::linalg::rank::pseudo_inverse;
-use crate::model::DIFFERENCE;
-use crate::tolerance::DEPENDENT;
+use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, DEPENDENT};
 use nalgebra::{DMatrix, DVector};
 
-/// Gaps and their speeds of some stops in first order, and what contact makes of these.
+/// The linearised gaps and gap speeds of some stops, and the projection of deviations onto those that keep them at zero.
 pub(crate) struct Landing {
-    /// Rows `C` that gaps and their speeds are by (q, v).
+    /// Derivatives `C` of the gaps and of their speeds by (q, v).
     rows: DMatrix<f64>,
-    /// What they change by with time alone.
+    /// Derivatives of the gaps and of their speeds by time.
     slopes: DVector<f64>,
     /// `K (C K)^+`, K the reactions on positions and on velocities.
     taken: DMatrix<f64>,
 }
 
 impl Landing {
-    /// On some stops at a time, of a state on them.
+    /// The projection at a state on some stops.
     pub fn new<M: HybridMaps + ?Sized>(
         maps: &M,
         stops: &[usize],
@@ -37,7 +36,7 @@ impl Landing {
             let at = maps.gap(stop, t, state)?;
             let reaction = maps.reaction(stop, state)?;
             let reach = state.rows(0, n).amax();
-            let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 };
+            let step = CENTRAL_DIFFERENCE_STEP * if reach > 0.0 { reach } else { 1.0 };
             for j in 0..n {
                 let speed = |step: f64| -> Result<f64> {
                     let mut there = state.clone();
@@ -62,18 +61,18 @@ impl Landing {
         })
     }
 
-    /// How many directions of all are gone.
-    pub fn gone(&self) -> usize {
+    /// The number of directions of the state space that the projection takes away [-].
+    pub fn n_lost_directions(&self) -> usize {
         (&self.rows * &self.taken).trace().round() as usize
     }
 
-    /// What becomes of deviations at a fixed time.
+    /// Projects deviations at a fixed time.
     pub fn take(&self, deviations: &mut DMatrix<f64>) {
         let left = &self.rows * &*deviations;
         *deviations -= &self.taken * left;
     }
 
-    /// The same where the time deviates too.
+    /// Projects deviations of a state whose time deviates as well.
     pub fn take_timed(&self, deviations: &mut DMatrix<f64>, delays: &DVector<f64>) {
         let left = &self.rows * &*deviations + &self.slopes * delays.transpose();
         *deviations -= &self.taken * left;

@@ -9,14 +9,14 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 /// A gap at a time and a position.
 pub(crate) struct GapAt {
     pub gap: f64,
-    /// Its gradient in q, shape `(n,)`.
+    /// Its gradient in q, minus the normal of the stop, shape `(n_dof,)`, [-].
     pub gradient: DVector<f64>,
     /// Its derivative by time: the speed of a stop that moves.
     pub slope: f64,
 }
 
 impl GapAt {
-    /// The speed at which it opens, in a state or where a state changes at a rate.
+    /// The speed at which it opens, from the velocity.
     pub fn speed(&self, velocity: DVectorView<'_, f64>) -> f64 {
         let along = self.gradient.dot(&velocity);
         if self.slope == 0.0 {
@@ -26,13 +26,13 @@ impl GapAt {
         }
     }
 
-    /// What deviations of the state make of it.
+    /// Its first-order deviations, from those of the state.
     pub fn deviations(&self, deviations: &DMatrix<f64>) -> DVector<f64> {
         let n = self.gradient.len();
         deviations.rows(0, n).tr_mul(&self.gradient)
     }
 
-    /// The same with deviations of the time.
+    /// The same from deviations of the state and of the time.
     pub fn timed_deviations(
         &self,
         deviations: &DMatrix<f64>,
@@ -47,7 +47,7 @@ impl GapAt {
     }
 }
 
-/// Times at which what acts passes from one polynomial to another, in order: flights stop at them.
+/// The times \[s\] at which a signal passes from one polynomial to the next, ascending: flights stop at them.
 #[derive(Debug, Clone)]
 pub(crate) struct Breaks(pub Vec<f64>);
 
@@ -100,7 +100,7 @@ pub(crate) trait HybridMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Vec<f64>>;
-    /// How fast the state behind those impacts changes with their time, the state before being the same; `None` where the stops rest.
+    /// The derivative of the state after those impacts by their time, for a fixed state before; `None` where the stops rest.
     fn recoil(&self, stops: &[usize], t: f64, state: &DVector<f64>)
     -> Result<Option<DVector<f64>>>;
     /// The gap of a stop.

@@ -1,5 +1,4 @@
-//! What a hybrid system hands on of the motion that it passes through: arcs, in segments, and touches. What is kept of them is not
-//! its business.
+//! The interface by which a hybrid system hands on its motion: arcs, in segments, and touches. The recorder decides what is kept.
 
 use crate::flow::steps::{Dense, DenseOutput, State};
 use crate::hybrid::clock::Clock;
@@ -8,7 +7,7 @@ use crate::modal::Pair;
 use crate::model::PhysicalState;
 use std::ops::ControlFlow;
 
-/// What a recorder wants to be told.
+/// The kinds of things that a recorder wants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Wanted {
     /// Impacts and touches.
@@ -18,7 +17,7 @@ pub(crate) struct Wanted {
 }
 
 impl Wanted {
-    /// Whether nothing is but the end of a run.
+    /// Whether nothing is wanted but the end of a run.
     #[inline]
     pub fn is_nothing(self) -> bool {
         !(self.events || self.arcs)
@@ -34,18 +33,18 @@ pub(crate) struct ArcSpan {
     pub last: Option<f64>,
 }
 
-/// What can be written as the numbers from which it can be had again.
+/// A motion that can be written as plain numbers, from which it can be restored.
 pub(crate) trait Written {
     /// Adds the numbers.
     fn write(&self, numbers: &mut Vec<f64>);
 }
 
-/// The motion on an arc, in the form in which its flow knows it.
+/// The motion on an arc, in the form of its flow.
 pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
     fn state(&mut self, local: f64) -> PhysicalState;
 
-    /// The same from a time on, every so often, for as long as who looks goes on.
+    /// Position and velocity from a time `first` on, at intervals `every`, until `look` breaks off.
     fn strobe(
         &mut self,
         [first, every]: [f64; 2],
@@ -72,17 +71,17 @@ impl<S: State, const P: usize> Written for Dense<S, P> {
     }
 }
 
-/// Takes note of a motion as it is passed through.
+/// Receives a motion as it is computed.
 pub(crate) trait Recorder {
-    /// What it wants to be told.
+    /// The kinds of things that it wants.
     fn wanted(&self) -> Wanted;
-    /// Begins a segment, with the stops in contact; the arcs that follow are its.
+    /// Begins a segment, with the stops in contact; the arcs that follow belong to it.
     fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]);
     /// Whether it wants an arc.
     fn wants_arc(&self, span: &ArcSpan) -> bool;
     /// An arc of the motion.
     fn arc(&mut self, span: &ArcSpan, motion: &mut dyn ArcMotion);
-    /// Whether it has seen enough: the run may end.
+    /// Whether it has enough: the run may end.
     fn is_satisfied(&self) -> bool {
         false
     }

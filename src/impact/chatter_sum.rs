@@ -39,13 +39,13 @@ impl CompleteChatter {
         0.5 * (self.restitution * self.speed).powi(2)
     }
 
-    /// What all the impulses give to a speed of which a share of each is seen, `(1 + e)/(1 - e) share h'`.
+    /// The change of another speed by all impulses, of each of which it receives a share, `(1 + e)/(1 - e) share h'`.
     pub fn kick(&self, share: f64) -> f64 {
         let e = self.restitution;
         (1.0 + e) / (1.0 - e) * share * self.speed
     }
 
-    /// By what a state has changed where they come to rest: from its rate before the first impact and the change by that impact.
+    /// The change of a state up to where they come to rest, from its rate before the first impact and its change by that impact.
     pub fn change(&self, rate: DVector<f64>, struck: DVector<f64>) -> DVector<f64> {
         rate * self.span() + struck / (1.0 - self.restitution)
     }

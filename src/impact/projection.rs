@@ -5,15 +5,18 @@ use crate::error::Result;
 use crate::model::along_reactions;
 use nalgebra::DVector;
 
-/// Newton steps onto stops, of which plane ones need one.
-const MOST_STEPS: usize = 60;
+/// Newton steps onto stops; plane ones need one. [work]
+const MOST_PROJECTION_STEPS: usize = 60;
 
 /// Some stops at a position.
 pub(crate) struct StopsAt {
+    /// The gaps, shape `(k,)`, \[m\].
     pub gaps: DVector<f64>,
-    /// The speeds at which they recede by their own motion.
+    /// The speeds at which the stops recede by their own motion, shape `(k,)`, \[m/s\].
     pub speeds: DVector<f64>,
+    /// The normals, k of shape `(n_dof,)`, \[-\].
     pub normals: Vec<DVector<f64>>,
+    /// The reaction directions b of the stops, k of shape `(n_dof,)`, in which an impulse p changes the velocity by `-b p`, \[1/kg\].
     pub reactions: Vec<DVector<f64>>,
 }
 
@@ -38,7 +41,7 @@ pub(crate) fn put_onto_stops(
     mut at: impl FnMut(&DVector<f64>) -> Result<StopsAt>,
 ) -> Result<StopsAt> {
     let (mut here, mut least) = (at(q)?, f64::INFINITY);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_PROJECTION_STEPS {
         let off = here.gaps.amax();
         let shrinks = off < least;
         if !shrinks || here.are_closed(q) {

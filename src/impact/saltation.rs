@@ -1,4 +1,4 @@
-//! The saltation matrix (theory 7): what the first deviations from a motion become at an impact, whose time depends on them.
+//! The saltation matrix (theory 7): first-order deviations from a motion across an impact, whose time depends on them.
 
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector, DVectorView};

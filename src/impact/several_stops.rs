@@ -5,27 +5,18 @@
 use crate::error::{Error, Result};
 use crate::linalg::complementarity;
 use crate::quantity::{Restitution, finite_square, finite_vector};
-use crate::tolerance::IMPACT_ROUNDING;
+use crate::tolerance::{
+    IMPACT_LAW_SLACKS, IMPACT_ROUNDING, MOST_IMPACT_ROUNDS, THROWN_ROUNDS, THROWN_SLACKS,
+};
 use nalgebra::{DMatrix, DVector};
-
-/// Rounds before all restitution is given up.
-const MAX_ROUNDS: usize = 100;
-
-/// Slacks to which the law is solved: two for the factor 1 + e, two to keep a feasible problem feasible.
-const SOLVED: f64 = 4.0;
-
-/// Factor on the slack after restitution has thrown speeds to and fro between facing stops.
-const THROWN: f64 = 10.0;
-/// After more rounds than these speeds were thrown back to where they came from.
-const TO_AND_FRO: usize = 2;
 
 /// What several stops do at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResolvedImpacts {
-    /// The impulse of each stop, all rounds together, at least 0, shape `(k,)`: `v+ = v- - B p`.
+    /// The impulse of each stop, all rounds together, at least 0, shape `(k,)`, \[N s\]: `v+ = v- - B p`.
     pub impulses: DVector<f64>,
-    /// Opening speeds after the impacts, at least 0, shape `(k,)`; exactly 0 where zero within the slack and the rounding of
-    /// the impulses. Without an impact those before.
+    /// Opening speeds after the impacts, at least 0, shape `(k,)`, \[m/s\]; exactly 0 where zero within the slack and the rounding
+    /// of the impulses. Without an impact those before.
     pub opening_speeds: DVector<f64>,
     /// Complementarity problems solved; 0 where no stop was closing.
     pub rounds: usize,
@@ -88,7 +79,7 @@ pub fn resolve_impacts(
     }
     let mut state = ImpactState::new(opening_speeds, slack);
     let mut rounds = 0;
-    while state.is_closing() && rounds < MAX_ROUNDS {
+    while state.is_closing() && rounds < MOST_IMPACT_ROUNDS {
         let entering: Vec<usize> = (0..k).filter(|&i| !state.is_opening(i)).collect();
         // Stops that face each other without room cannot both be left at the speeds that they ask for.
         let Some(has_pushed) = state.apply(delassus, restitutions, &entering)? else {
@@ -104,7 +95,7 @@ pub fn resolve_impacts(
         state.stop_all(delassus)?.ok_or_else(unsolvable_impacts)?;
         rounds += 1;
     }
-    if is_inelastic || rounds > TO_AND_FRO {
+    if is_inelastic || rounds > THROWN_ROUNDS {
         state.end_throws(delassus, opening_speeds)?;
     }
     Ok(ResolvedImpacts {
@@ -176,7 +167,7 @@ impl ImpactState {
     /// Where no impulse is left, what a stop closes with is none: the law knows it to some slacks alone.
     fn rest(&mut self) {
         for i in 0..self.speeds.len() {
-            if self.speeds[i].abs() <= SOLVED * self.slack[i] {
+            if self.speeds[i].abs() <= IMPACT_LAW_SLACKS * self.slack[i] {
                 (self.speeds[i], self.reported[i]) = (0.0, 0.0);
             }
         }
@@ -184,7 +175,7 @@ impl ImpactState {
 
     /// What restitution has thrown to and fro ends without it; what is left within the rounding of all the throws is nothing.
     fn end_throws(&mut self, g: &DMatrix<f64>, before: &DVector<f64>) -> Result<()> {
-        let slack = THROWN * &self.slack;
+        let slack = THROWN_SLACKS * &self.slack;
         self.speeds = before + g * &self.impulses;
         self.slack = rounding(g, &self.impulses);
         self.stop_all(g)?;
@@ -210,7 +201,10 @@ impl ImpactState {
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
         let rebound: Vec<f64> = entering.iter().map(|&i| (1.0 + e[i]) * before(i)).collect();
-        let slack: Vec<f64> = entering.iter().map(|&i| SOLVED * self.slack[i]).collect();
+        let slack: Vec<f64> = entering
+            .iter()
+            .map(|&i| IMPACT_LAW_SLACKS * self.slack[i])
+            .collect();
         let Some(solution) = complementarity::solve(&matrix, &rebound, &slack) else {
             return Ok(None);
         };
@@ -344,7 +338,7 @@ mod tests {
             if let Ok(found) = resolve_impacts(&g, &vector(20), &-vector(25), &(vector(30) * 1e-14)) {
                 prop_assert!(found.impulses.iter().all(|&p| p >= 0.0 && p.is_finite()));
                 prop_assert!(found.opening_speeds.iter().all(|s| s.is_finite()));
-                prop_assert!(found.rounds <= MAX_ROUNDS + 1);
+                prop_assert!(found.rounds <= MOST_IMPACT_ROUNDS + 1);
             }
         }
     }

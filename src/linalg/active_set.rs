@@ -3,31 +3,30 @@
 
 use crate::linalg::lemke;
 use crate::linalg::small::eliminate;
-use crate::tolerance::DEPENDENT_ACTIVE;
+use crate::tolerance::{COMPLEMENTARITY_ROUNDINGS, DEPENDENT_ACTIVE, LEMKE_PIVOTS};
 use nalgebra::{DMatrix, DVector};
 
-/// What `M x + q` may miss zero by, relative to the size of its terms: by rounding; by rounding of an ill-conditioned M; by
-/// columns that count as dependent but are not, since a pivot is the square of the angle between normals. Tried in turn.
-pub(super) const ROUNDINGS: [f64; 3] = [1e-14, 1e-11, 1e-7];
-/// Pivots of Lemke's method up to this are rounding: many dependent columns need more, narrow angles less. Tried in turn.
-pub(super) const PIVOT_TOLS: [f64; 3] = [1e-11, 1e-13, 1e-9];
-/// Up to this size, every set is tried before anything else.
-const FEW: usize = 3;
-/// Up to this size, every set is tried when Lemke's method finds none: 4096 solves.
-const EVERY: usize = 12;
+/// Number of unknowns up to which every active set is tried before Lemke's method is. [work]
+const ENUMERATED_FIRST: usize = 3;
+/// Number of unknowns up to which every active set is tried where Lemke's method finds none: 4096 solves. [work]
+const ENUMERATED_LAST: usize = 12;
 
 /// A solution of `0 <= x perp w = M x + q >= 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ComplementarySolution {
+    /// The unknowns x, shape `(k,)`, [-], in units of those that the problem was given in.
     pub x: DVector<f64>,
-    /// `M x + q`; exactly zero where x is not, and where it is zero up to rounding.
+    /// `M x + q`, shape `(k,)`, [-], in units of q; exactly zero where x is not, and where it is zero up to rounding.
     pub w: DVector<f64>,
 }
 
 /// A problem with entries of M of order one.
 pub(super) struct Complementarity {
+    /// M, shape `(k, k)`, [-], scaled to diagonal entries of order one.
     pub m: DMatrix<f64>,
+    /// q, shape `(k,)`, [-], in units of the scaled w.
     pub q: Vec<f64>,
+    /// The amounts by which q may be larger, shape `(k,)`, [-], in units of the scaled w.
     pub slack: Vec<f64>,
 }
 
@@ -36,19 +35,19 @@ impl Complementarity {
     pub fn solve(&self) -> Option<ComplementarySolution> {
         let k = self.q.len();
         let mut work = Work::default();
-        if k <= FEW {
+        if k <= ENUMERATED_FIRST {
             return self.try_every(&mut work);
         }
-        PIVOT_TOLS
+        LEMKE_PIVOTS
             .iter()
             .find_map(|&pivot_tol| {
                 let set = lemke::active_set(&self.m, &self.q, pivot_tol);
-                self.on(&set, ROUNDINGS[0], &mut work)
+                self.on(&set, COMPLEMENTARITY_ROUNDINGS[0], &mut work)
             })
             .or_else(|| self.try_every(&mut work))
             .or_else(|| {
-                let set = lemke::active_set(&self.m, &self.q, PIVOT_TOLS[0]);
-                let mut rest = ROUNDINGS[1..].iter();
+                let set = lemke::active_set(&self.m, &self.q, LEMKE_PIVOTS[0]);
+                let mut rest = COMPLEMENTARITY_ROUNDINGS[1..].iter();
                 rest.find_map(|&rounding| self.on(&set, rounding, &mut work))
             })
     }
@@ -65,10 +64,10 @@ impl Complementarity {
     /// The first set that solves the problem: up to rounding, else up to what counts as dependent.
     pub fn try_every(&self, work: &mut Work) -> Option<ComplementarySolution> {
         let k = self.q.len();
-        if k > EVERY {
+        if k > ENUMERATED_LAST {
             return None;
         }
-        ROUNDINGS.iter().find_map(|&rounding| {
+        COMPLEMENTARITY_ROUNDINGS.iter().find_map(|&rounding| {
             (0..1_usize << k).find_map(|mask| {
                 let mut set = std::mem::take(&mut work.set);
                 set.clear();

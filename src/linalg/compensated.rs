@@ -1,7 +1,7 @@
 //! Sums of products as if in twice the precision (T. Ogita, S. M. Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955): what a
 //! slow mode of a stiff system is made of cancels in doubles.
 
-use crate::tolerance::ENTRY_ROUNDINGS;
+use crate::tolerance::{COMPENSATED_LOSS, ENTRY_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 
 /// `sum x_i y_i`, rounded once but for `n^2 eps^2` of the sum of the sizes.
@@ -17,9 +17,6 @@ pub(crate) fn dot(x: impl Iterator<Item = f64>, y: impl Iterator<Item = f64>) ->
     }
     sum + rest
 }
-
-/// A form whose terms are larger than its value by less than this is summed in doubles.
-const LOSS: f64 = 1e3;
 
 /// The values `x_j.A x_j` of a form at the columns of a matrix.
 pub(crate) fn quadratic(a: &DMatrix<f64>, columns: &DMatrix<f64>) -> DVector<f64> {
@@ -47,7 +44,7 @@ fn form(a: &DMatrix<f64>, x: &[f64]) -> f64 {
             size += term.abs();
         }
     }
-    if size <= LOSS * value.abs() {
+    if size <= COMPENSATED_LOSS * value.abs() {
         return value;
     }
     let image = a

@@ -1,9 +1,9 @@
 //! Small linear complementarity problems: `0 <= x perp w = M x + q >= 0`, each `x_i w_i = 0`, scaled, solved on an active set;
 //! of several solutions the one of least norm.
 
-use crate::linalg::active_set::{Complementarity, ComplementarySolution, ROUNDINGS};
+use crate::linalg::active_set::{Complementarity, ComplementarySolution};
 use crate::linalg::rank;
-use crate::tolerance::DEPENDENT_ACTIVE;
+use crate::tolerance::{COMPLEMENTARITY_ROUNDINGS, DEPENDENT_ACTIVE};
 use nalgebra::{DMatrix, DVector};
 
 /// Solves `0 <= x perp w = M x + q >= 0` where `q_i` is known up to `slack_i`: `w_i` that near zero is zero, and where the
@@ -45,7 +45,7 @@ pub(crate) fn solve(m: &DMatrix<f64>, q: &[f64], slack: &[f64]) -> Option<Comple
 
 /// The same of one unknown, with a positive m.
 fn solve_one(m: f64, q: f64, slack: f64) -> Option<ComplementarySolution> {
-    let nothing = slack + ROUNDINGS[0] * q.abs();
+    let nothing = slack + COMPLEMENTARITY_ROUNDINGS[0] * q.abs();
     let (x, w) = if q < -nothing {
         (-q / m, 0.0)
     } else {
@@ -102,7 +102,7 @@ fn least_norm(
     let least = Complementarity {
         m: &null * null.transpose(),
         q: across.as_slice().to_vec(),
-        slack: vec![ROUNDINGS[0] * x.amax(); x.len()],
+        slack: vec![COMPLEMENTARITY_ROUNDINGS[0] * x.amax(); x.len()],
     }
     .solve()?
     .w;
@@ -115,7 +115,7 @@ fn least_norm(
     let size = problem.m.abs() * &x;
     let is_same = (0..x.len()).all(|i| {
         let terms = size[i] + problem.q[i].abs();
-        (w[i] - found.w[i]).abs() <= problem.slack[i] + ROUNDINGS[1] * terms
+        (w[i] - found.w[i]).abs() <= problem.slack[i] + COMPLEMENTARITY_ROUNDINGS[1] * terms
     });
     is_same.then(|| ComplementarySolution {
         x,
@@ -126,9 +126,10 @@ fn least_norm(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::active_set::{PIVOT_TOLS, Work};
+    use crate::linalg::active_set::Work;
     use crate::linalg::lemke;
     use crate::linalg::seeded::config;
+    use crate::tolerance::LEMKE_PIVOTS;
     use nalgebra::{dmatrix, dvector};
     use proptest::prelude::*;
 
@@ -272,8 +273,8 @@ mod tests {
             let (m, q) = floats(&m, &q);
             let slack = no_slack(q.len());
             let problem = Complementarity { m, q, slack };
-            let set = lemke::active_set(&problem.m, &problem.q, PIVOT_TOLS[0]);
-            let by_path = problem.on(&set, ROUNDINGS[0], &mut Work::default());
+            let set = lemke::active_set(&problem.m, &problem.q, LEMKE_PIVOTS[0]);
+            let by_path = problem.on(&set, COMPLEMENTARITY_ROUNDINGS[0], &mut Work::default());
             let by_trial = problem.try_every(&mut Work::default());
             prop_assert_eq!(by_path.is_some(), by_trial.is_some());
             if let (Some(path), Some(trial)) = (by_path, by_trial) {

@@ -1,9 +1,7 @@
 //! Determinants, which may be larger or smaller than doubles are.
 
+use crate::tolerance::LEAST_COLUMN;
 use nalgebra::DMatrix;
-
-/// The least length of a column that counts, in parts of the largest.
-const LEAST: f64 = 1e-8;
 
 /// A determinant by its sign and the logarithm of its size.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +16,7 @@ impl Determinant {
     pub fn of(matrix: DMatrix<f64>) -> Self {
         let norms: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
         let largest = norms.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let lengths = norms.iter().map(|own| own.max(LEAST * largest).ln());
+        let lengths = norms.iter().map(|own| own.max(LEAST_COLUMN * largest).ln());
         let lengths = lengths.sum();
         let lu = matrix.lu();
         let diagonal = lu.u().diagonal();

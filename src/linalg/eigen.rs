@@ -6,15 +6,17 @@ use crate::linalg::compensated::dot;
 use crate::linalg::francis;
 use crate::observer::apart;
 use crate::quantity::room_for;
+use crate::tolerance::{CLOSE_ROOTS, ROOT_REFINEMENT, UNBALANCED_RATIO, VECTOR_REFINEMENT};
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
 use std::borrow::Cow;
 
-/// Sweeps of the QR iteration allowed, per row of the matrix.
+/// Sweeps of the QR iteration allowed, for each row of the matrix. [work]
 pub(super) const SWEEPS_PER_ROW: usize = 100;
 
-/// Rows of a matrix from which an eigenproblem is long enough to be left alone when it is not wanted any more.
-const LARGE: usize = 64;
+/// Number of rows from which an eigenproblem takes so long that it is solved on a thread of its own, to be abandoned where the computation
+/// is interrupted. [work]
+const LARGE_EIGENPROBLEM: usize = 64;
 
 /// Solves an eigenproblem of a matrix of so many rows, which takes so many matrices of its size.
 pub(super) fn solve<T: Send + 'static>(
@@ -23,7 +25,7 @@ pub(super) fn solve<T: Send + 'static>(
     problem: impl FnOnce() -> Result<T> + Send + 'static,
 ) -> Result<T> {
     room_for("an eigenproblem", rows, rows.saturating_mul(matrices))?;
-    if rows < LARGE {
+    if rows < LARGE_EIGENPROBLEM {
         return problem();
     }
     apart(problem)?
@@ -140,16 +142,14 @@ fn fixed_orthogonal(n: usize) -> DMatrix<f64> {
     .q()
 }
 
-/// Ratio of the largest entries of a row and a column beyond which a matrix is balanced first, by powers of two.
-const UNBALANCED: f64 = 1e4;
-
 /// A matrix whose rows and columns are of one size, the same but for similarity; one that is not far from it as it is.
 fn balanced(a: &DMatrix<f64>) -> Cow<'_, DMatrix<f64>> {
     let off = |i: usize, other: usize| if i == other { 0.0 } else { 1.0 };
     let is_far = (0..a.nrows()).any(|i| {
         let row = (0..a.ncols()).fold(0.0f64, |most, j| most.max(off(i, j) * a[(i, j)].abs()));
         let column = (0..a.nrows()).fold(0.0f64, |most, j| most.max(off(i, j) * a[(j, i)].abs()));
-        row > UNBALANCED * column && column > 0.0 || column > UNBALANCED * row && row > 0.0
+        row > UNBALANCED_RATIO * column && column > 0.0
+            || column > UNBALANCED_RATIO * row && row > 0.0
     });
     if !is_far {
         return Cow::Borrowed(a);
@@ -177,13 +177,6 @@ pub(crate) fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>> {
     let (_, t) = solve(a.nrows(), 8, move || complex_schur(&a))?;
     Ok(t.diagonal().iter().copied().collect())
 }
-
-/// Roots nearer to each other than this, relative to their size, are left as they are: their vectors turn with rounding.
-const NEAR: f64 = 1e-6;
-/// A Newton step of more than this, relative to the largest root, is none of a rounding.
-const SMALL_STEP: f64 = 1e-6;
-/// The same for the vectors.
-const SMALL_TURN: f64 = 1e-3;
 
 /// Eigenvalues and right eigenvectors (unit columns) of a real square matrix.
 pub(crate) fn eigenvectors(
@@ -242,7 +235,7 @@ fn refine(
     let r = inverse * residual(a, roots, vectors);
     let turn = DMatrix::from_fn(n, n, |i, j| {
         let apart = roots[j] - roots[i];
-        let is_near = apart.norm() <= NEAR * roots[i].norm().max(roots[j].norm());
+        let is_near = apart.norm() <= CLOSE_ROOTS * roots[i].norm().max(roots[j].norm());
         if is_near {
             Complex::new(0.0, 0.0)
         } else {
@@ -253,7 +246,7 @@ fn refine(
         .iter()
         .fold(0.0f64, |largest, z| largest.max(z.norm()));
     let is_small = |m: &DMatrix<Complex<f64>>, bound: f64| m.iter().all(|z| z.norm() <= bound);
-    if is_small(&r, SMALL_STEP * scale) && is_small(&turn, SMALL_TURN) {
+    if is_small(&r, ROOT_REFINEMENT * scale) && is_small(&turn, VECTOR_REFINEMENT) {
         *vectors += &*vectors * turn;
         *roots += r.diagonal();
     }

@@ -4,19 +4,19 @@
 
 use std::f64::consts::{FRAC_2_PI, LOG2_E};
 
-/// The largest angle that is led back here: fewer than 2^10 quarter turns.
+/// Largest angle [rad] that is reduced here: fewer than 2^10 quarter turns, whose multiples of the leading parts of pi/2 are exact. [exact]
 const LARGEST_ANGLE: f64 = 1000.0;
-/// The largest exponent whose exponential function, and its inverse, has all its digits.
+/// The largest exponent whose exponential function, and its inverse, has all its digits. [exact]
 const LARGEST_EXPONENT: f64 = 700.0;
-/// Added to a number below 2^51 it leaves the nearest integer, in its last bits.
+/// Added to a number below 2^51 it leaves the nearest integer, in its last bits. [exact]
 const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
-/// `pi/2` as a sum of 43 bits, the next 43, and the rest.
+/// `pi/2` as a sum of 43 bits, the next 43, and the rest. [exact]
 const QUARTER_TURN: [f64; 3] = [
     1.570_796_326_794_834_4,
     6.223_372_171_896_261e-14,
     3.521_559_865_183_2e-27,
 ];
-/// `ln 2` as a sum of 42 bits and the rest.
+/// `ln 2` as a sum of 42 bits and the rest. [exact]
 const LN_2: [f64; 2] = [0.693_147_180_559_890_3, 5.497_923_018_708_371e-14];
 
 /// `1/k!`
@@ -29,7 +29,7 @@ const fn reciprocal_factorial(k: u32) -> f64 {
     1.0 / factorial
 }
 
-/// The terms `x^k/k!` of the exponential function.
+/// The coefficients `1/k!` of the exponential series. [exact]
 const TERM: [f64; 19] = {
     let (mut terms, mut k) = ([1.0; 19], 0);
     while k < 19 {

@@ -5,8 +5,8 @@
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, DefaultAllocator, Dim, OMatrix};
 
-/// Sweeps allowed for one eigenvalue, the exceptional shifts of every tenth included.
-const MOST_SWEEPS: usize = 60;
+/// Sweeps allowed for one eigenvalue, the exceptional shifts of every tenth included. [work]
+const MOST_ROOT_SWEEPS: usize = 60;
 
 /// Turns a matrix into one with the same eigenvalues and zeros below the subdiagonal, by Householder reflections.
 fn to_hessenberg<D: Dim>(a: &mut OMatrix<f64, D, D>)
@@ -96,7 +96,7 @@ where
             (end, sweeps) = (end - 2, 0);
             continue;
         }
-        if sweeps == MOST_SWEEPS {
+        if sweeps == MOST_ROOT_SWEEPS {
             return None;
         }
         sweeps += 1;

@@ -5,8 +5,8 @@
 use crate::tolerance::TIE_TOL;
 use nalgebra::DMatrix;
 
-/// Pivots per unknown: paths of problems from mechanics take one or two.
-const PIVOTS_EACH: usize = 50;
+/// Pivots allowed per unknown; problems from mechanics take one or two. [work]
+const PIVOTS_PER_UNKNOWN: usize = 50;
 
 /// The indices of the unknowns in the basis where the path ends. It is the active set of a solution for every positive
 /// semidefinite M whose problem has one; where the path ends otherwise (on a ray), it is no solution's: check it. Entries up
@@ -19,7 +19,7 @@ pub(crate) fn active_set(m: &DMatrix<f64>, q: &[f64], pivot_tol: f64) -> Vec<usi
     let mut tableau = Tableau::new(m, q);
     let mut entering = tableau.artificial();
     let mut row = Some(tableau.first_row());
-    for _ in 0..PIVOTS_EACH * k {
+    for _ in 0..PIVOTS_PER_UNKNOWN * k {
         let Some(leaving_row) = row else { break };
         let leaving = tableau.pivot(leaving_row, entering);
         if leaving == tableau.artificial() {

@@ -1,13 +1,11 @@
 //! The exponential of a matrix.
 
+use crate::tolerance::HOPELESS_EXPONENT;
 use nalgebra::DMatrix;
-
-/// A matrix of this size has an exponential without a correct digit, and powers that leave the doubles.
-const HOPELESS: f64 = 1e20;
 
 /// `e^A`; nan throughout where A is so large that no digit could be right, on which scaling and squaring would not end.
 pub(crate) fn matrix_exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
-    if a.iter().all(|x| x.abs() < HOPELESS) {
+    if a.iter().all(|x| x.abs() < HOPELESS_EXPONENT) {
         a.exp()
     } else {
         DMatrix::from_element(a.nrows(), a.ncols(), f64::NAN)

@@ -20,7 +20,7 @@ pub(crate) fn plus(a: Pair, b: Pair) -> Pair {
     from_fn(|i| a[i] + b[i])
 }
 
-/// `sqrt 2 - 1`, rounded up.
+/// `sqrt 2 - 1`, rounded up. [exact]
 const DIAGONAL: f64 = 0.414_213_562_373_1;
 
 /// No less than the length of `(x, y)` and at most 1.083 of it, without a root: `a + (sqrt 2 - 1) b` of the larger size and the smaller.

@@ -9,9 +9,10 @@ use nalgebra::{DMatrix, DVector};
 /// All solutions of `A x = b`: `particular + null_space c`.
 #[derive(Debug, Clone)]
 pub(crate) struct SolutionSet {
-    /// The solution of least norm (in the least-squares sense when there is none).
+    /// The solution of least norm (in the least-squares sense where there is none), shape `(columns,)`, [-], in units of the right-hand
+    /// side over those of A.
     pub particular: DVector<f64>,
-    /// Orthonormal columns that `A` maps to (numerically) zero.
+    /// Orthonormal columns that `A` maps to (numerically) zero, shape `(columns, k)`, [-].
     pub null_space: DMatrix<f64>,
     /// `|A x - b|` of the particular solution.
     pub residual: f64,

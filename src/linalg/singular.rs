@@ -3,13 +3,14 @@
 
 use crate::error::{Error, Result};
 use crate::observer::unless_broken_off;
+use crate::tolerance::ORTHOGONAL_COLUMNS;
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds of rotations after which they would never end; some ten do.
-const MOST_SWEEPS: usize = 60;
-/// Columns from which a round is long enough to ask in it whether to go on.
-const LARGE: usize = 64;
-/// Least binary exponent of a scale whose inverse is a number.
+/// Rounds of rotations allowed; some ten are enough. [work]
+const MOST_ROTATION_ROUNDS: usize = 60;
+/// Number of columns from which a round of rotations takes so long that it is asked in it whether to go on. [work]
+const LARGE_DECOMPOSITION: usize = 64;
+/// Least binary exponent of a scale whose inverse is a number. [exact]
 const LEAST_EXPONENT: f64 = -1000.0;
 
 /// The failure of equations that doubles do not hold; its residual is infinite.
@@ -47,10 +48,10 @@ impl Singular {
         };
         let (mut images, mut right) = (a / scale, DMatrix::identity(n, n));
         let least = f64::EPSILON * images.norm();
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MOST_ROTATION_ROUNDS {
             let mut is_done = true;
             for i in 0..n {
-                if n >= LARGE {
+                if n >= LARGE_DECOMPOSITION {
                     unless_broken_off()?;
                 }
                 for j in i + 1..n {
@@ -73,7 +74,7 @@ impl Singular {
         }
         Err(Error::NoConvergence {
             stage: "the singular value decomposition",
-            iterations: MOST_SWEEPS,
+            iterations: MOST_ROTATION_ROUNDS,
             residual: f64::NAN,
         })
     }
@@ -100,16 +101,12 @@ impl Singular {
     }
 }
 
-/// Columns are orthogonal where their product is so many roundings of each of its terms: fewer are left by chance alone, and some
-/// matrices would be turned for ever.
-const ORTHOGONAL: f64 = 2.0;
-
 /// Cosine and sine that make two columns orthogonal; `None` where they are, or the shorter one is nothing but rounding.
 fn turn(images: &DMatrix<f64>, [i, j]: [usize; 2], least: f64) -> Option<[f64; 2]> {
     let (a, b) = (images.column(i), images.column(j));
     let (p, q, r) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
     let is_nothing = p.min(q) <= least * least;
-    let rounding = ORTHOGONAL * a.len() as f64 * f64::EPSILON;
+    let rounding = ORTHOGONAL_COLUMNS * a.len() as f64 * f64::EPSILON;
     if is_nothing || r.abs() <= rounding * p.sqrt() * q.sqrt() {
         return None;
     }

@@ -6,10 +6,8 @@ use crate::linalg::exponential::{phi1, phi1_divided};
 use crate::linalg::plane::Pair;
 use crate::modal::propagation::{Matrix, Propagation};
 use crate::modal::regime::{Regime, over_load_response, regime, under_one_minus_cp};
+use crate::tolerance::SPIRAL_TURN;
 use nalgebra::Complex;
-
-/// Of a block that has turned by less, one unknown sees a force on the other as a difference that cancels.
-const TURNED: f64 = 0.25;
 
 /// The complex response of a pair to `e^{i phase}`.
 pub(crate) type Response = [Complex<f64>; 2];
@@ -176,7 +174,7 @@ impl Block {
                 // int_0^t e^{sigma (t - r)} (cos, sin)(omega (t - r)) e^{i w r} dr
                 let [ahead, behind] = roots.map(exposed);
                 let cos = (ahead + behind) * 0.5;
-                let sin = if (omega * t).abs() > TURNED {
+                let sin = if (omega * t).abs() > SPIRAL_TURN {
                     (ahead - behind) * Complex::new(0.0, -0.5)
                 } else {
                     let [z1, z2] = roots.map(from_input);
@@ -277,7 +275,7 @@ impl Block {
     }
 }
 
-/// See [`Block::parts`].
+/// The parts of a block along its eigenvectors, see [`Block::parts`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BlockParts {
     /// Row by row what takes the parts from the unknowns.

@@ -15,7 +15,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 #[derive(Debug, Clone)]
 pub(crate) struct ComplexModes {
     pub blocks: Vec<Block>,
+    /// V, shape `(2 n_dof, 2 n_dof)`, [-] for positions and \[1/s\] for velocities, in units of the modal coordinates.
     pub to_physical: DMatrix<f64>,
+    /// W, the inverse of V, shape `(2 n_dof, 2 n_dof)`, [-] for positions and \[s\] for velocities.
     pub to_modal: DMatrix<f64>,
     /// The largest condition number of a column of V.
     pub condition: f64,

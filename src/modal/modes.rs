@@ -15,7 +15,7 @@ pub struct Modes {
     /// Natural frequencies of the undamped system \[rad/s\], shape `(n,)`; nan where the equilibrium is unstable. Where
     /// the stiffness is not symmetric: the moduli of the eigenvalues.
     pub natural_frequencies: DVector<f64>,
-    /// Mode shapes in the columns, shape `(n, n)`; complex where the stiffness is not symmetric.
+    /// Mode shapes in the columns, shape `(n, n)`, \[1/sqrt(kg)\], mass-normalised; complex where the stiffness is not symmetric.
     pub shapes: DMatrix<Complex<f64>>,
     /// Damping ratios [-], shape `(n,)`, in the order of the frequencies.
     pub damping_ratios: DVector<f64>,
@@ -29,11 +29,11 @@ pub struct Modes {
 /// made when asked for.
 #[derive(Debug, Clone)]
 pub struct Spectrum {
-    /// As [`Modes::natural_frequencies`].
+    /// Natural frequencies \[rad/s\], shape `(n,)`, as [`Modes::natural_frequencies`].
     pub natural_frequencies: DVector<f64>,
-    /// As [`Modes::damping_ratios`].
+    /// Damping ratios [-], shape `(n,)`, as [`Modes::damping_ratios`].
     pub damping_ratios: DVector<f64>,
-    /// As [`Modes::eigenvalues`].
+    /// Eigenvalues \[1/s\], shape `(2n,)`, as [`Modes::eigenvalues`].
     pub eigenvalues: DVector<Complex<f64>>,
     /// As [`Modes::is_proportional`].
     pub is_proportional: bool,

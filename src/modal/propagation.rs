@@ -5,6 +5,7 @@ use crate::linalg::elementary::{exp, sin_cos};
 use crate::linalg::exponential::{phi1, sinc};
 use crate::linalg::plane::Pair;
 use crate::modal::regime::{over_load_response, under_one_minus_cp};
+use crate::tolerance::FAR_FROM_ONE;
 use nalgebra::Complex;
 
 /// A 2 by 2 real matrix by rows.
@@ -126,7 +127,7 @@ impl Propagation {
             Self::Over { l1, l2, .. } => [g[1] * over_load_response(l1, l2, t), g[1] * s],
             Self::Spiral { sigma, omega } => {
                 let (root, moved) = (Complex::new(sigma, omega), Complex::new(first - 1.0, cross));
-                let grown = if moved.norm_sqr() > FAR * FAR {
+                let grown = if moved.norm_sqr() > FAR_FROM_ONE * FAR_FROM_ONE {
                     moved / root
                 } else {
                     t * phi1(root * t)
@@ -146,11 +147,8 @@ impl Propagation {
     }
 }
 
-/// From this distance on, the difference from 1 keeps all but a bit or two of its digits.
-const FAR: f64 = 0.5;
-
 fn is_far_from_one(x: f64) -> bool {
-    (x - 1.0).abs() > FAR
+    (x - 1.0).abs() > FAR_FROM_ONE
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::block::Block;
 use nalgebra::Complex;
 
-/// Turns of a block, in radians, up to which its series serve.
-const SHORT: f64 = 1.0;
-/// Terms of a series that ends within rounding at this length.
-const TERMS: u32 = 20;
+/// Angle [rad] of a block up to which its response is taken by a power series; a longer time is halved until it is. [work]
+const RAMP_TURN: f64 = 1.0;
+/// Terms of that series: the next, below 1/20!, is below rounding. [exact]
+const RAMP_TERMS: u32 = 20;
 
 impl Block {
     /// `R_0` to `R_{orders-1}` over a time.
@@ -24,8 +24,8 @@ impl Block {
             .into_iter()
             .fold(0.0, f64::max)
             * t.abs();
-        let doublings = if turn > SHORT {
-            (turn / SHORT).log2().ceil() as i32
+        let doublings = if turn > RAMP_TURN {
+            (turn / RAMP_TURN).log2().ceil() as i32
         } else {
             0
         };
@@ -59,7 +59,7 @@ impl Block {
         let mut responses = vec![[0.0, 0.0]; orders];
         let mut term = g.map(|g| g * powers[orders - 1]);
         let mut highest = term;
-        for k in 1..TERMS {
+        for k in 1..RAMP_TERMS {
             let factor = t / (orders as f64 + f64::from(k));
             term = times(&matrix, term).map(|x| factor * x);
             highest = plus(highest, term);

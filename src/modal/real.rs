@@ -108,9 +108,9 @@ impl Shapes {
 /// Undamped modes of a system with symmetric stiffness, and what the damping is in them.
 #[derive(Debug, Clone)]
 pub(crate) struct RealModes {
-    /// Squared natural frequencies, ascending; negative for an unstable equilibrium.
+    /// Squared natural frequencies, ascending, negative for an unstable equilibrium, shape `(n_dof,)`, \[rad^2/s^2\].
     pub w2: DVector<f64>,
-    /// Half the diagonal of `Phi^T C Phi`.
+    /// Half the diagonal of `Phi^T C Phi`, shape `(n_dof,)`, \[1/s\].
     pub eta: DVector<f64>,
     /// The shapes.
     pub shapes: Shapes,

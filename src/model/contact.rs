@@ -11,26 +11,15 @@ use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
 use crate::model::stop::{Side, WallSide};
 use crate::model::system::System;
-use crate::tolerance::{DEPENDENT, SAFE_PIVOT, UNCOUPLED};
+use crate::tolerance::{
+    DEPENDENT, GAP_CURVATURE_CONVERGING, GAP_DIFFERENCE_STEP, GAP_SPEED_ROUNDINGS,
+    LARGE_SPEED_CHANGE, SAFE_PIVOT, SAME_GAP_CURVATURE, SHORTENING_FACTOR, SLOWEST_SPEED_CHANGE,
+    UNCOUPLED,
+};
 use nalgebra::{DMatrix, DVector};
 
-/// The difference along the motion that gives the second derivative of a nonlinear gap, in parts of a step: `s = 1e-5 step`.
-/// On a step it enters the gap with the weight `step^2/60`; rounding of the gradient then amounts to `1e5/60` units in the last
-/// place of the gap's change over the step, the truncation `s^2/6` to `1e-12` of the step's fourth order, both below
-/// any tolerance. For a gap of second degree there is no truncation.
-const DIFFERENCE: f64 = 1e-5;
-/// Part of the terms of a gap's speed up to which it may change over the difference; beyond, one that is so many times shorter is to be
-/// the same to a part, or to some roundings, whatever the step: links turn many times in the steps of a free flight. Parts below some
-/// are of what converges: once they grow they are rounding.
-const LARGE_CHANGE: f64 = 1e-3;
-const SHORTER: f64 = 16.0;
-const SAME_BENDING: f64 = 1e-8;
-const CONVERGING: f64 = 1e-3;
-const SPEED_ROUNDINGS: f64 = 64.0 * f64::EPSILON;
-/// Times that a difference is made shorter.
-const MOST_SHORTENED: usize = 16;
-/// Times as long as it takes to go as far as a motion is that its speed may take to change.
-const MOST_SLOW: f64 = 1e3;
+/// Times that a difference along the motion is made shorter. [work]
+const MOST_SHORTENINGS: usize = 16;
 
 /// A surface that the motion may not cross.
 #[derive(Debug, Clone)]
@@ -64,7 +53,7 @@ pub(crate) struct GapValue {
 
 impl Surface {
     /// Whether its gap cannot change while those of some others do not: a plane whose normal depends on theirs, a wall before the
-    /// same bob. Of curved gaps nobody knows.
+    /// same bob. A curved gap never counts as bound.
     pub fn is_bound_by(&self, others: &[&Self]) -> Result<bool> {
         match self {
             Self::Plane { normal, .. } => {
@@ -147,7 +136,7 @@ impl Surface {
         })
     }
 
-    /// A bound on the spectral norm of the gap's second derivative; `None` where nobody knows one.
+    /// A bound on the spectral norm of the gap's second derivative; `None` where none is known.
     pub fn curvature(&self) -> Option<f64> {
         match self {
             Self::Plane { .. } => Some(0.0),
@@ -184,7 +173,7 @@ impl Surface {
         Ok(normal)
     }
 
-    /// The same into room for it.
+    /// Writes the normal into a buffer.
     pub fn put_normal(&self, q: &[f64], room: &mut [f64]) -> Result<()> {
         match self {
             Self::Plane { normal, .. } => room.copy_from_slice(normal.as_slice()),
@@ -216,7 +205,7 @@ fn nonlinear_along(
     let gap = stop.gap(q)?;
     let speed = dot(&gradient, v);
     let bending = if step > 0.0 && v.iter().any(|v| *v != 0.0) {
-        bending(stop, (q, v, speed), DIFFERENCE * step)?
+        bending(stop, (q, v, speed), GAP_DIFFERENCE_STEP * step)?
     } else {
         0.0
     };
@@ -248,22 +237,22 @@ fn bending(stop: &NonlinearStop, (q, v, speed): (&[f64], &[f64], f64), mut s: f6
         Ok([odd / (2.0 * s), odd.abs().max(even.abs()), size.max(other)])
     };
     let [mut bending, change, size] = over(s)?;
-    if change <= LARGE_CHANGE * size {
+    if change <= LARGE_SPEED_CHANGE * size {
         return Ok(bending);
     }
     let mut best = (f64::INFINITY, bending);
-    for _ in 0..MOST_SHORTENED {
-        s /= SHORTER;
+    for _ in 0..MOST_SHORTENINGS {
+        s /= SHORTENING_FACTOR;
         let [shorter, _, size] = over(s)?;
         let off = (shorter - bending).abs();
         let part = off / shorter.abs();
-        if part <= SAME_BENDING || off <= SPEED_ROUNDINGS * size / s {
+        if part <= SAME_GAP_CURVATURE || off <= GAP_SPEED_ROUNDINGS * size / s {
             return Ok(bending);
         }
         if part > best.0 {
             break;
         }
-        if part <= CONVERGING {
+        if part <= GAP_CURVATURE_CONVERGING {
             best = (part, bending);
         }
         bending = shorter;
@@ -279,7 +268,7 @@ pub(crate) fn slow_time(q: &[f64], v: &[f64], a: &[f64]) -> f64 {
     let (gone, turned) = (size(q) / speed, speed / size(a));
     let is_time = |t: &f64| *t > 0.0 && t.is_finite();
     if is_time(&gone) {
-        gone.max(turned.min(MOST_SLOW * gone))
+        gone.max(turned.min(SLOWEST_SPEED_CHANGE * gone))
     } else {
         Some(turned).filter(is_time).unwrap_or(1.0)
     }
@@ -291,7 +280,7 @@ pub(crate) struct Contact {
     pub surface: Surface,
     pub restitution: f64,
     reaction: Reaction,
-    /// What its own motion adds to the gap, if it moves.
+    /// The change of the gap by the stop's own motion, if it has one.
     pub motion: Option<GapMotion>,
 }
 
@@ -347,7 +336,7 @@ impl Contact {
         Ok(is_regular.then_some(direction))
     }
 
-    /// Makes the normal at q that direction, in its place; false where the mass matrix is singular.
+    /// Replaces the normal at q by the reaction direction; false where the mass matrix is singular.
     pub fn turn_to_reaction(&self, system: &System, q: &[f64], normal: &mut [f64]) -> Result<bool> {
         match &self.reaction {
             Reaction::Inertia => return solve_mass_at(system, q, normal),
@@ -368,7 +357,7 @@ pub(crate) fn are_coupled(a: &Contact, b: &Contact, system: &System, q: &[f64]) 
     sees(a, b) || sees(b, a)
 }
 
-/// The weights w of reactions whose sum has given parts along the normals, `(N^T B) w = parts`; of many the least.
+/// The weights w of reactions whose sum has given parts along the normals, `(N^T B) w = parts`; where there are many, those of least norm.
 pub(crate) fn reaction_weights(
     normals: &[DVector<f64>],
     reactions: &[DVector<f64>],
@@ -380,7 +369,8 @@ pub(crate) fn reaction_weights(
     impulses_of(&delassus, parts)
 }
 
-/// The impulses that change the normal speeds of contacts by given parts, from their Delassus matrix; of many the least.
+/// The impulses that change the normal speeds of contacts by given parts, from their Delassus matrix; where there are many, those
+/// of least norm.
 pub(crate) fn impulses_of(delassus: &DMatrix<f64>, parts: &DVector<f64>) -> Result<DVector<f64>> {
     if parts.is_empty() {
         return Ok(parts.clone());

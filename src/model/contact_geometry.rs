@@ -1,4 +1,4 @@
-//! The stops of a linear scene in matrices.
+//! The stops of a linear scene as matrices: n coordinates, k stops.
 
 use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
@@ -10,13 +10,13 @@ use nalgebra::{DMatrix, DVector};
 /// The stops of a linear scene as columns: `gap = c - N^T q`, an impact moves the velocity along B.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactGeometry {
-    /// Normals towards the stops, shape `(n, k)`.
+    /// Normals towards the stops, shape `(n, k)`, [-].
     pub normals: DMatrix<f64>,
-    /// Reaction directions, shape `(n, k)`.
+    /// Reaction directions, shape `(n, k)`, [-], or [1/kg] for the reaction of inertia.
     pub reactions: DMatrix<f64>,
-    /// Gaps at q = 0, shape `(k,)`.
+    /// Gaps at q = 0, shape `(k,)`, [m].
     pub clearances: DVector<f64>,
-    /// Restitution coefficients, shape `(k,)`.
+    /// Restitution coefficients, shape `(k,)`, [-].
     pub restitutions: DVector<f64>,
 }
 

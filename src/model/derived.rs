@@ -10,10 +10,10 @@ use std::sync::{Arc, OnceLock};
 pub(crate) struct Derived(Arc<OnceLock<Arc<dyn Any + Send + Sync>>>);
 
 impl Derived {
-    /// What was made before, or what is made now. Who asks for another type than the first one has it made each time.
+    /// The value that was made before, or one that is made now. A value of another type than the first one is made each time.
     ///
     /// # Errors
-    /// Those of making it; nothing is kept then.
+    /// Errors of making the value; nothing is kept then.
     pub fn or_made<T: Any + Send + Sync, E>(
         &self,
         make: impl FnOnce() -> Result<T, E>,
@@ -22,7 +22,7 @@ impl Derived {
             return Ok(known);
         }
         let made = Arc::new(make()?);
-        // Of two that made it at the same time one is kept.
+        // If two threads made it at the same time, one value is kept.
         let _ = self.0.set(Arc::clone(&made) as Arc<dyn Any + Send + Sync>);
         Ok(made)
     }

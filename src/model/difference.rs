@@ -2,19 +2,11 @@
 //! Software 4 (1982) 75). No scale of the argument need be known.
 
 use crate::error::{Error, Result};
+use crate::tolerance::{RIDDERS_FIRST_STEP, RIDDERS_SHRINK, UNSETTLED_DERIVATIVE, ZERO_DERIVATIVE};
 use nalgebra::DVector;
 
-/// The longest step, in units of the argument.
-const FIRST_STEP: f64 = 0.5;
-/// Each step is this part of the one before.
-const SHRINK: f64 = 0.25;
-/// Number of steps: the shortest is 2e-12.
-const STEPS: usize = 20;
-/// Relative error beyond which the differences have not settled.
-const WORST_ERROR: f64 = 1e-4;
-
-/// An error this small, in parts of the usual size of a difference quotient or of the function, is that of a derivative of zero.
-const NO_DERIVATIVE: f64 = 1e-9;
+/// Number of steps: with the first and the factor between them the shortest is 2e-12. [work]
+const RIDDERS_STEPS: usize = 20;
 
 /// The derivative of f at 0, entry by entry: of all extrapolations the one that agrees best with its neighbours; and by how much it may be
 /// off, rounding included.
@@ -24,15 +16,15 @@ const NO_DERIVATIVE: f64 = 1e-9;
 pub(crate) fn derivative(
     f: impl Fn(f64) -> Result<DVector<f64>>,
 ) -> Result<(DVector<f64>, DVector<f64>)> {
-    let mut rows = Vec::with_capacity(STEPS);
-    let mut h = FIRST_STEP;
+    let mut rows = Vec::with_capacity(RIDDERS_STEPS);
+    let mut h = RIDDERS_FIRST_STEP;
     let mut height = 0.0;
-    for _ in 0..STEPS {
+    for _ in 0..RIDDERS_STEPS {
         let (above, below) = (f(h)?, f(-h)?);
         height = above.amax().max(below.amax());
         let rounding = above.abs().sup(&below.abs()) * (f64::EPSILON / h);
         rows.push(((above - below) / (2.0 * h), rounding));
-        h *= SHRINK;
+        h *= RIDDERS_SHRINK;
     }
     let size = rows.iter().map(|(quotient, _)| quotient.amax());
     let mut sizes: Vec<f64> = size.filter(|x| x.is_finite()).collect();
@@ -42,12 +34,12 @@ pub(crate) fn derivative(
         .map(|i| {
             let along: Vec<[f64; 2]> = rows.iter().map(|(q, r)| [q[i], r[i]]).collect();
             let (value, error) = extrapolated(&along);
-            if error <= WORST_ERROR * value.abs() || error <= NO_DERIVATIVE * usual.max(height) {
+            if error <= UNSETTLED_DERIVATIVE * value.abs() || error <= ZERO_DERIVATIVE * usual.max(height) {
                 Ok((value, error))
             } else {
                 Err(Error::NoConvergence {
                     stage: "a derivative by differences (give the function `jacobian` if it has one)",
-                    iterations: STEPS,
+                    iterations: RIDDERS_STEPS,
                     residual: error,
                 })
             }
@@ -66,7 +58,7 @@ fn extrapolated(quotients: &[[f64; 2]]) -> (f64, f64) {
         let mut row = vec![quotient];
         let mut factor = 1.0;
         for (k, up) in above.iter().enumerate() {
-            factor *= 1.0 / (SHRINK * SHRINK);
+            factor *= 1.0 / (RIDDERS_SHRINK * RIDDERS_SHRINK);
             let next = (factor * row[k] - up) / (factor - 1.0);
             // Without the rounding, noise that agrees by chance would win.
             let error = rounding + (next - row[k]).abs().max((next - up).abs());

@@ -8,21 +8,19 @@ use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
 use crate::model::pendulum::{DoublePendulum, Links, PendulumChain};
 use crate::model::system::System;
+use crate::tolerance::CENTRAL_DIFFERENCE_STEP;
 use nalgebra::{Complex, DMatrix, DVector};
-
-/// Size of a difference, relative to the state: the cube root of the rounding unit.
-pub(crate) const DIFFERENCE: f64 = 6e-6;
 
 /// The motion of a system under its forcing.
 pub(crate) trait Dynamics {
-    /// What drives it at a moment, whatever its state.
+    /// The drive: the part of the excitation that depends on time alone.
     type Drive: Copy;
 
     /// Number of degrees of freedom.
     fn n_dof(&self) -> usize;
-    /// What drives it at a moment.
+    /// The drive at a moment.
     fn drive(&self, at: Moment) -> Self::Drive;
-    /// The acceleration under what drives it.
+    /// The acceleration at a state under a given drive.
     fn driven(&self, drive: Self::Drive, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()>;
     /// The acceleration at a moment.
     fn acceleration(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
@@ -67,7 +65,7 @@ impl<I: Input> DoublePendulumMotion<I> {
 }
 
 impl DoublePendulumMotion<Option<Driven>> {
-    /// The same by what acts on it.
+    /// The motion with its excitation as a type, so that a free one has no code for it.
     pub fn by_input(&self) -> ByInput<DoublePendulumMotion<NoInput>, DoublePendulumMotion<Driven>> {
         match self.input.clone() {
             None => ByInput::Free(self.under(NoInput)),
@@ -260,7 +258,7 @@ impl Dynamics for NonlinearMotion {
         };
         if self.force.is_some() && !self.is_over_mass {
             let size = q.iter().fold(1.0f64, |m, x| m.max(x.abs()));
-            let step = DIFFERENCE * size;
+            let step = CENTRAL_DIFFERENCE_STEP * size;
             let push = self.force.push(at);
             let moved = |j: usize, step: f64| {
                 let mut q = q.to_vec();

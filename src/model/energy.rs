@@ -1,7 +1,7 @@
 //! Energies of a system and the powers of its forces (theory 2): kinetic and potential energy, the power of the forcing, what
 //! dampers take.
 //!
-//! Of a system given by functions, mass M and potential V among them, the forces are not told apart, but their power is:
+//! A system that is given by functions, mass M and potential V among them, has no separate damping force, but its power is known:
 //! along the free motion `q' = v`, `v' = a`, what is taken is `P = F.v - d/dt (v.M v/2 + V)`, F the harmonic force.
 
 use crate::error::{Error, Result};
@@ -11,9 +11,10 @@ use crate::model::linear::Coefficient;
 use crate::model::moment::Moment;
 use crate::model::nonlinear::NonlinearSystem;
 use crate::model::pendulum::Links;
-use crate::model::ramp::Moving;
+use crate::model::ramp::SteadyRamp;
 use crate::model::scene::Scene;
 use crate::model::system::System;
+use crate::tolerance::ENERGY_DIFFERENCE_STEP;
 use nalgebra::{DMatrix, DVector};
 
 /// Energies and powers of a scene's motion.
@@ -22,8 +23,8 @@ pub(crate) struct Energetics {
     system: System,
     excitation: Excitation,
     damping: Coefficient,
-    /// The factor on it, where that drifts.
-    drifting: Option<Moving>,
+    /// The factor on the damping, where that drifts.
+    drifting: Option<SteadyRamp>,
     potential: Potential,
     /// Base acceleration times these, times `cos q_i` for a pendulum, is the force of base motion.
     base: Option<DVector<f64>>,
@@ -43,11 +44,6 @@ enum Potential {
     /// A function of q.
     Given(NonlinearSystem),
 }
-
-/// Steps of the differences along a motion, in parts of a time over which it changes little. What is left out is of the order
-/// of `(1/16)^4/30` of the step's fifth power, below any error of a step; rounding amounts to 16 units in the last place of
-/// the energy for each step.
-const DIFFERENCE: f64 = 1.0 / 16.0;
 
 /// Damping, potential and base of a pendulum.
 fn static_moment(links: Links) -> (Coefficient, Potential, Option<DVector<f64>>) {
@@ -143,8 +139,8 @@ impl Energetics {
         self.excitation.power(at, lever, v)
     }
 
-    /// What dampers take, and the circulatory part of a stiffness matrix; of a system given by functions, what its forces take
-    /// beyond the potential, from the acceleration `free` of its free motion. `step` is a time over which the motion changes
+    /// The power lost in dampers and by the circulatory part of a stiffness matrix; for a system given by functions, the power that its
+    /// forces take beyond the potential, from the acceleration `free` of its free motion. `step` is a time over which the motion changes
     /// little.
     ///
     /// # Errors
@@ -177,7 +173,7 @@ impl Energetics {
         a: &DVector<f64>,
         step: f64,
     ) -> Result<f64> {
-        let s = DIFFERENCE * step;
+        let s = ENERGY_DIFFERENCE_STEP * step;
         let energy = |s: f64| -> Result<f64> {
             let there = q + v * s;
             self.total(&there, &(v + a * s))

@@ -2,7 +2,7 @@
 //! frequencies and signals, `f(t) = f0 + Re sum_k F_k e^{i k (w t + phase)} + Re sum_j T_j e^{i w_j t} + sum_j d_j s_j(t)`, and a base
 //! whose acceleration has the same parts.
 //!
-//! Forcings say what a user means; this is what all equations read.
+//! Forcings are what a user gives; all equations of motion read the excitation that is made of them.
 
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
@@ -17,34 +17,34 @@ use nalgebra::{Complex, DVector};
 /// What acts on the coordinates from outside.
 #[derive(Debug, Clone)]
 pub(crate) struct Excitation {
-    /// `f0`, empty where there is none: the system's own load, and the mean of a periodic force.
+    /// The constant force `f0`: the system's own load, and the mean of a periodic force; shape `(n,)`, empty where there is none, [N].
     pub load: DVector<f64>,
-    /// The mean of a periodic force, empty where there is none.
+    /// The mean of a periodic force, shape `(n,)`, empty where there is none, [N].
     pub mean: DVector<f64>,
-    /// What acts at the frequencies of the rotations.
+    /// The harmonic part of the excitation at each frequency of the rotations.
     pub harmonics: Vec<HarmonicPart>,
     pub rotations: Rotations,
-    /// What follows signals.
+    /// The parts that follow signals.
     pub signals: Vec<SignalPart>,
     /// How each stop moves, `None` of one that rests; empty where all do.
     pub stops: Vec<Option<GapMotion>>,
 }
 
-/// What acts at one frequency.
+/// The part of the excitation at one frequency.
 #[derive(Debug, Clone)]
 pub(crate) struct HarmonicPart {
     /// `A w^2` of a base displaced by `Re(A e^{i angle})`: its acceleration towards the system is `Re(A w^2 e^{i angle})`.
     pub base: Complex<f64>,
-    /// F of `Re(F e^{i angle})` on the coordinates, empty where there is none.
+    /// The amplitude F of a force `Re(F e^{i angle})` on the coordinates, shape `(n,)`, empty where there is none, [N].
     pub force: DVector<Complex<f64>>,
 }
 
-/// What follows one signal.
+/// The part of the excitation that follows one signal.
 #[derive(Debug, Clone)]
 pub(crate) struct SignalPart {
-    /// By how much of it a base is accelerated towards the system.
+    /// The acceleration of the base towards the system, in units of the signal.
     pub base: f64,
-    /// The force on the coordinates where it is one, empty where there is none.
+    /// The force on the coordinates at a signal of 1, shape `(n,)`, empty where there is none, [N].
     pub force: DVector<f64>,
     pub signal: Signal,
 }
@@ -129,12 +129,12 @@ fn pull(system: &LinearSystem) -> DVector<f64> {
 }
 
 impl Excitation {
-    /// What a forcing, and a load of its own, are to a system: the base of a linear system moves it by forces.
+    /// The excitation of a system by a forcing and its own load; the motion of a linear system's base becomes a force.
     pub fn new(system: &System, forcing: &Forcing) -> Self {
         Self::within(system, forcing, forcing)
     }
 
-    /// The same within all that changes with time, which has the fundamental frequency.
+    /// The excitation by a forcing whose fundamental frequency is that of `moving`: the forcing and the motions of stops together.
     fn within(system: &System, forcing: &Forcing, moving: &Forcing) -> Self {
         let mut all = Self {
             load: match system {
@@ -211,7 +211,7 @@ impl Excitation {
         (self.harmonics.len() - 1, f64::from(k) * own_phase)
     }
 
-    /// The same with stops, of which some move; `moving` is all that changes with time.
+    /// The excitation of a scene with stops of which some move; `moving` is the forcing and the motions of stops together.
     pub fn with_stops(
         system: &System,
         forcing: &Forcing,
@@ -437,7 +437,7 @@ impl Excitation {
 }
 
 impl SignalPart {
-    /// What a forcing that follows a signal is to a system.
+    /// The part of the excitation of a system by a forcing that follows a signal.
     fn new(system: &System, forcing: &Forcing, signal: Signal) -> Self {
         let nothing = DVector::zeros(0);
         let (base, force) = match (forcing, system) {

@@ -7,7 +7,7 @@ use crate::model::fourier::Fourier;
 use crate::model::load::Load;
 use crate::model::signal::Signal;
 use crate::quantity::{finite, finite_complex, is_finite, positive};
-use crate::tolerance::WHOLE_MULTIPLE;
+use crate::tolerance::{HIGHEST_MULTIPLE, WHOLE_MULTIPLE};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 
@@ -94,9 +94,6 @@ impl From<Vec<Forcing>> for Forcing {
     }
 }
 
-/// Whole multiples of a fundamental frequency up to this are harmonics of it.
-const MOST_MULTIPLE: f64 = 4096.0;
-
 /// How a scene depends on time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Timing {
@@ -111,8 +108,8 @@ pub(crate) enum Timing {
 /// How many times a frequency is another, if that is a whole number.
 pub(crate) fn whole_multiple(frequency: f64, of: f64) -> Option<u32> {
     let (ratio, times) = (frequency / of, (frequency / of).round());
-    let is_whole =
-        (1.0..=MOST_MULTIPLE).contains(&times) && (ratio - times).abs() <= WHOLE_MULTIPLE * times;
+    let is_whole = (1.0..=HIGHEST_MULTIPLE).contains(&times)
+        && (ratio - times).abs() <= WHOLE_MULTIPLE * times;
     is_whole.then_some(times as u32)
 }
 
@@ -147,7 +144,7 @@ impl Forcing {
         }
     }
 
-    /// What it is, as messages say it.
+    /// The kind of forcing, as messages name it.
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Self::Unforced => "nothing",
@@ -190,7 +187,7 @@ impl Forcing {
             .reduce(|lowest, other| if other.0 < lowest.0 { other } else { lowest })
     }
 
-    /// How it depends on time.
+    /// How the forcing depends on time.
     pub(crate) fn timing(&self) -> Timing {
         if self.parts().any(|part| part.own_signal().is_some()) {
             let reason =
@@ -238,7 +235,7 @@ impl Forcing {
         self.frequency().map(|w| TAU / w)
     }
 
-    /// The same with the first forcing that is periodic at another phase, all others as much earlier or later as that is.
+    /// The forcing shifted in time so that its first periodic part has another phase.
     pub(crate) fn with_phase(&self, phase: f64) -> Result<Self> {
         finite("phase", phase)?;
         match self.angles().next() {
@@ -247,7 +244,7 @@ impl Forcing {
         }
     }
 
-    /// The same with the fundamental frequency at another phase.
+    /// The forcing shifted in time so that the part with the fundamental frequency has another phase.
     pub(crate) fn with_fundamental_phase(&self, phase: f64) -> Result<Self> {
         finite("phase", phase)?;
         match self.lowest() {
@@ -256,7 +253,7 @@ impl Forcing {
         }
     }
 
-    /// The same with other frequencies and phases of what turns.
+    /// The forcing with other frequencies and phases of its periodic parts, by a map from the old ones.
     pub(super) fn with_angles(&self, of: &impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
         let (frequency, phase) = match self.own_angle() {
             Some(own) => of(own),
@@ -279,7 +276,7 @@ impl Forcing {
         })
     }
 
-    /// The same so much earlier that what has a frequency and phase has another phase.
+    /// The forcing shifted in time so that a part with the given frequency and phase has the phase `to`.
     fn turned(&self, (frequency, from): (f64, f64), to: f64) -> Self {
         let span = (to - from) / frequency;
         let moved = |own: Option<(f64, f64)>| match own {
@@ -307,7 +304,8 @@ impl Forcing {
         }
     }
 
-    /// The same at another fundamental frequency, or lowest one where there is no period: all scaled with it, but signals.
+    /// The forcing at another fundamental frequency, or lowest one where there is no period: the other frequencies are scaled with it,
+    /// signals are not.
     pub(crate) fn with_frequency(&self, frequency: f64) -> Result<Self> {
         positive("frequency", frequency)?;
         let Some((lowest, _)) = self.lowest() else {

@@ -1,69 +1,49 @@
-//! A function laid out in pieces, each a polynomial that is it to some part of its largest value (theory 11): a piece is halved until it is
-//! the function at places of its own, and at those at which the whole of the function was looked at beforehand.
+//! Piecewise polynomial approximation of a function, to a part of its largest value (theory 11): an interval is halved until the polynomial
+//! through its nodes is the function at check points between them, and at the samples of the whole span that were taken first.
 
 use crate::error::{Error, Result};
 use crate::model::chebyshev::{
-    GOLDEN, NODES, PLACES, Piece, coefficients, line, powers, steepest, sum,
+    CHEBYSHEV_NODES, GOLDEN_FRACTION, SAMPLE_POINTS, SampledPiece, coefficients, line, powers,
+    steepest, sum,
 };
 use crate::observer::{Observer, ObserverFn};
-use crate::tolerance::{FUNCTION_TOL, MOST_PIECES};
+use crate::tolerance::{
+    BREAK_SIDE_ROUNDINGS, CORNER_ERROR_FACTOR, CORNER_PIECE_LENGTH, FUNCTION_JUMP,
+    FUNCTION_SAMPLES, FUNCTION_TOL, MOST_FUNCTION_PIECES, ROUGH_FUNCTION, ROUGH_HALVING,
+    SAMPLE_TIME_ROUNDINGS,
+};
 
-/// Pieces up to this part of the way between two breaks, where halves of it have led to a corner, may be straight lines: high powers would
-/// have no digits.
-const CORNER: f64 = 1.0 / 67_108_864.0;
-/// How much farther a line may be off a corner than at the places that are looked at: a tip between an end and the next place.
-const TIP: f64 = 2.0;
-/// What the last place of the time may make of a function, in parts of its largest value: more is a jump.
-const MOST_BY_TIME: f64 = 1e-6;
-/// Last places of the time by which a place beside a break is away from it.
-const BESIDE: f64 = 2.0;
-/// Last places of the time by which the time of a value is unknown. Where the function is smooth, a place is half of one off, being a sum
-/// that is rounded, and the function takes another half or so where it first multiplies the time; a polynomial through nine such values is
-/// off by 2.3 times that between them, and the value it is held against by once: 3.3. At a corner halving ends at a piece with one or two
-/// times inside, two or three last places long: all its times are looked at, and its values are not farther apart than the steepest slope
-/// makes of its length, 3. So what is steep and continuous is followed, whatever the function rounds; a jump is more than
-/// [`MOST_BY_TIME`]. That is by how much it is off where it was looked at: at a corner between these places a polynomial of degree 8 is off
-/// by up to 6.8 times as much.
-const LAST_PLACES: f64 = 4.0;
-/// A function is rough where the miss of half a piece is more than this part of that of the whole: halving a piece of a smooth one takes 1/512
-/// of it, at a corner a half. What is left is its rounding, if no more than the last places of the span's times make of it, there or where
-/// it is steep (where slopes of its terms cancel, their roundings do not), or, of one that is known to something anyhow, this part of its
-/// largest value.
-const ROUGH: f64 = 0.7;
-const ROUGHEST: f64 = 1e-9;
-/// Places at which the whole of a function is looked at, no two neighbours farther apart than twice the usual: two or more lie in what lasts
-/// a thousandth of the span.
-const LOOKS: usize = 4096;
-/// Pieces looked at between two questions whether to go on.
-const PIECES_PER_QUESTION: usize = 256;
+/// Pieces that are sampled between two questions whether to go on. [work]
+const PIECES_AT_ONCE: usize = 256;
 
-/// What a function is asked for its values at.
+/// A function of many times at once.
 type Function<'a> = &'a mut dyn FnMut(&[f64]) -> Result<Vec<f64>>;
 
 /// A piece of a function: its coefficients in powers of the part of it that has passed.
 pub(crate) struct PolynomialPiece {
     pub start: f64,
     pub end: f64,
-    pub powers: [f64; NODES],
+    pub powers: [f64; CHEBYSHEV_NODES],
 }
 
-/// How a function is laid out.
+/// The span of a function, and what is known of the function on it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Layout<'a> {
     /// Start and end.
     pub span: (f64, f64),
-    /// In order, where the function or a derivative of it jumps: it is asked beside them. Some may be ends of the span.
+    /// The times, ascending, shape `(n_breaks,)`, [s], at which the function or a derivative of it jumps: it is evaluated on either side of
+    /// them. Some may be ends of the span.
     pub breaks: &'a [f64],
     /// The size of its terms, of which its largest value may be a small part.
     pub size: f64,
-    /// What it is known to, if not to its own rounding.
+    /// The error of the values of the function, zero where it is their rounding.
     pub known_to: f64,
     /// Whether nothing is known of how long its features last, so that the whole of it is looked at beforehand.
     pub is_unknown: bool,
 }
 
 impl Layout<'_> {
-    /// That of a function of which all is known but its values.
+    /// The layout of a function without breaks that is known to its rounding.
     pub fn of_span(span: (f64, f64)) -> Self {
         Self {
             span,
@@ -74,57 +54,62 @@ impl Layout<'_> {
         }
     }
 
-    /// The ways between breaks.
-    fn ways(&self) -> Vec<Part> {
+    /// The intervals between breaks.
+    fn smooth_intervals(&self) -> Vec<FitInterval> {
         let (start, end) = self.span;
         let inner = self.breaks.iter().copied();
         let inner = inner.filter(|b| *b > start && *b < end);
         let ends: Vec<f64> = std::iter::once(start).chain(inner).chain([end]).collect();
-        let part = |ends: &[f64]| Part {
+        let part = |ends: &[f64]| FitInterval {
             start: ends[0],
             end: ends[1],
-            way: ends[1] - ends[0],
-            missed: f64::INFINITY,
+            smooth_length: ends[1] - ends[0],
+            parent_error: f64::INFINITY,
         };
         ends.windows(2).map(part).collect()
     }
 
-    /// How far from an end of a piece it is asked: not at all, but beside a break.
-    fn beside(&self, part: &Part) -> [f64; 2] {
-        let last_places = BESIDE * f64::EPSILON * part.start.abs().max(part.end.abs());
+    /// How far inside the two ends of an interval the function is evaluated: at an end itself, unless it is a break.
+    fn beside(&self, part: &FitInterval) -> [f64; 2] {
+        let last_places =
+            BREAK_SIDE_ROUNDINGS * f64::EPSILON * part.start.abs().max(part.end.abs());
         let is_break = |t: f64| self.breaks.binary_search_by(|b| b.total_cmp(&t)).is_ok();
         [part.start, part.end].map(|t| if is_break(t) { last_places } else { 0.0 })
     }
 
-    /// Places all over the span, in order.
-    fn looks(&self) -> Vec<f64> {
+    /// Sample times all over the span, in order.
+    fn sample_times(&self) -> Vec<f64> {
         let (start, end) = self.span;
-        let place = |i: usize| i as f64 + (GOLDEN * (i + 1) as f64).fract();
-        (0..LOOKS)
-            .map(|i| start + (end - start) * (place(i) / LOOKS as f64))
+        let place = |i: usize| i as f64 + (GOLDEN_FRACTION * (i + 1) as f64).fract();
+        (0..FUNCTION_SAMPLES)
+            .map(|i| start + (end - start) * (place(i) / FUNCTION_SAMPLES as f64))
             .collect()
     }
 }
 
-/// A part of the span that is to be one piece.
+/// An interval that is to be one piece.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct FitInterval {
     start: f64,
     end: f64,
-    /// The length of the way between breaks on which it lies.
-    way: f64,
-    /// By how much a piece twice as long was off.
-    missed: f64,
+    /// The length of the interval between breaks in which it lies.
+    smooth_length: f64,
+    /// The error of the polynomial on the interval of which this is a half.
+    parent_error: f64,
 }
 
-impl Part {
+impl FitInterval {
     fn middle(&self) -> f64 {
         0.5 * self.start + 0.5 * self.end
     }
 
-    fn halves(&self, missed: f64) -> [Self; 2] {
+    fn halves(&self, parent_error: f64) -> [Self; 2] {
         let middle = self.middle();
-        let (mut first, mut second) = (Self { missed, ..*self }, Self { missed, ..*self });
+        let half = Self {
+            parent_error,
+            ..*self
+        };
+        let (mut first, mut second) = (half, half);
         (first.end, second.start) = (middle, middle);
         [first, second]
     }
@@ -133,18 +118,18 @@ impl Part {
     fn is_too_short(&self) -> bool {
         let middle = self.middle();
         let is_inside = self.start < middle && middle < self.end;
-        !is_inside || self.end - self.start <= f64::EPSILON * f64::EPSILON * self.way
+        !is_inside || self.end - self.start <= f64::EPSILON * f64::EPSILON * self.smooth_length
     }
 }
 
-/// A function that is being laid out.
-struct Pieces<'a, 'o> {
+/// The approximation of a function by pieces, under way.
+struct PiecewiseFit<'a, 'o> {
     layout: Layout<'a>,
     function: Function<'a>,
     observer: Observer<'o>,
-    /// Times and values of the looks at the whole.
-    looks: [Vec<f64>; 2],
-    /// The largest slope between those.
+    /// Times and values of samples over the whole span, empty where its features are known to last long.
+    samples: [Vec<f64>; 2],
+    /// The largest slope between those samples.
     steepest: f64,
     largest: f64,
 }
@@ -152,30 +137,30 @@ struct Pieces<'a, 'o> {
 /// The pieces of a function, in order; asks from time to time whether to go on.
 ///
 /// # Errors
-/// What the function reports, values that are not finite, a function that `MOST_PIECES` pieces do not follow; `Error::Interrupted`.
+/// What the function reports, values that are not finite, a function that `MOST_FUNCTION_PIECES` pieces do not follow; `Error::Interrupted`.
 pub(crate) fn polynomial_pieces(
     function: Function<'_>,
     layout: Layout<'_>,
     go_on: ObserverFn<'_>,
 ) -> Result<Vec<PolynomialPiece>> {
-    let mut all = Pieces {
+    let mut all = PiecewiseFit {
         layout,
         function,
         observer: Observer::new(go_on),
-        looks: [Vec::new(), Vec::new()],
+        samples: [Vec::new(), Vec::new()],
         steepest: 0.0,
         largest: layout.size,
     };
     if layout.is_unknown {
-        let times = layout.looks();
+        let times = layout.sample_times();
         let values = all.values(&times)?;
         all.steepest = steepest(&times, &values);
-        all.looks = [times, values];
+        all.samples = [times, values];
     }
     all.lay_out()
 }
 
-impl Pieces<'_, '_> {
+impl PiecewiseFit<'_, '_> {
     /// The values of the function at some places.
     fn values(&mut self, places: &[f64]) -> Result<Vec<f64>> {
         let values = (self.function)(places)?;
@@ -193,17 +178,19 @@ impl Pieces<'_, '_> {
         Ok(values)
     }
 
-    /// The function at all places of some parts, asked for at once for many of them.
-    fn look(&mut self, parts: &[Part]) -> Result<Vec<Piece>> {
+    /// The function at the nodes and check points of some intervals, evaluated at once for many of them.
+    fn sample(&mut self, parts: &[FitInterval]) -> Result<Vec<SampledPiece>> {
         let mut pieces = Vec::with_capacity(parts.len());
-        for some in parts.chunks(PIECES_PER_QUESTION) {
+        for some in parts.chunks(PIECES_AT_ONCE) {
             self.observer.ask()?;
             let beside = some.iter().map(|part| self.layout.beside(part));
-            let of = |(part, beside): (&Part, [f64; 2])| Piece::at((part.start, part.end), beside);
-            let mut own: Vec<Piece> = some.iter().zip(beside).map(of).collect();
+            let of = |(part, beside): (&FitInterval, [f64; 2])| {
+                SampledPiece::at((part.start, part.end), beside)
+            };
+            let mut own: Vec<SampledPiece> = some.iter().zip(beside).map(of).collect();
             let places: Vec<f64> = own.iter().flat_map(|piece| piece.places).collect();
             let values = self.values(&places)?;
-            for (piece, values) in own.iter_mut().zip(values.chunks(PLACES)) {
+            for (piece, values) in own.iter_mut().zip(values.chunks(SAMPLE_POINTS)) {
                 piece.values.copy_from_slice(values);
             }
             pieces.append(&mut own);
@@ -211,9 +198,9 @@ impl Pieces<'_, '_> {
         Ok(pieces)
     }
 
-    /// How far a polynomial is off the looks at the whole that lie in a part.
-    fn missed_looks(&self, part: &Part, c: &[f64; NODES]) -> f64 {
-        let [times, values] = &self.looks;
+    /// The largest error of a polynomial at those samples of the whole span that lie in an interval.
+    fn error_at_samples(&self, part: &FitInterval, c: &[f64; CHEBYSHEV_NODES]) -> f64 {
+        let [times, values] = &self.samples;
         let first = times.partition_point(|t| *t <= part.start);
         let inside = times[first..].iter().zip(&values[first..]);
         let inside = inside.take_while(|(t, _)| **t < part.end);
@@ -228,31 +215,35 @@ impl Pieces<'_, '_> {
             .fold(0.0, f64::max)
     }
 
-    /// The polynomial of a part, with what it misses the function by beyond what it may; NaN counts as that.
-    fn fit(&self, part: &Part, piece: &Piece) -> (f64, Option<[f64; NODES]>) {
+    /// The polynomial of an interval, with its error; none where the error is larger than it may be, or NaN.
+    fn fit(
+        &self,
+        part: &FitInterval,
+        piece: &SampledPiece,
+    ) -> (f64, Option<[f64; CHEBYSHEV_NODES]>) {
         let slope = piece.steepest();
         let by_time = |(start, end): (f64, f64), slope: f64| {
-            let last_places = LAST_PLACES * f64::EPSILON * start.abs().max(end.abs());
-            (last_places * slope).min(MOST_BY_TIME * self.largest)
+            let last_places = SAMPLE_TIME_ROUNDINGS * f64::EPSILON * start.abs().max(end.abs());
+            (last_places * slope).min(FUNCTION_JUMP * self.largest)
         };
         let least = FUNCTION_TOL * self.largest;
         let last_places = by_time((part.start, part.end), slope);
         let allowed = self.layout.known_to.max(least) + last_places;
         let rounding = if self.layout.known_to > 0.0 {
-            ROUGHEST * self.largest
+            ROUGH_FUNCTION * self.largest
         } else {
             by_time(self.layout.span, slope.max(self.steepest))
         };
-        let is_short = part.end - part.start <= CORNER * part.way;
-        // The tip of a corner may lie between two places, and high powers see less of it; below the last places of the time there is none.
+        let is_short = part.end - part.start <= CORNER_PIECE_LENGTH * part.smooth_length;
+        // A corner may lie between two sampled points, where high powers show less of it; below the last places of the time there is none.
         let has_tip = is_short && last_places < least;
-        let beside = if has_tip { TIP } else { 1.0 };
+        let beside = if has_tip { CORNER_ERROR_FACTOR } else { 1.0 };
         let lines = is_short.then(|| line(&piece.values));
-        let curves = (!has_tip).then(|| coefficients(&piece.values[..NODES]));
+        let curves = (!has_tip).then(|| coefficients(&piece.values[..CHEBYSHEV_NODES]));
         let mut smallest = f64::INFINITY;
         for c in lines.into_iter().chain(curves) {
-            let miss = beside * piece.miss(&c).max(self.missed_looks(part, &c));
-            let is_rough = miss > ROUGH * part.missed && miss <= rounding;
+            let miss = beside * piece.miss(&c).max(self.error_at_samples(part, &c));
+            let is_rough = miss > ROUGH_HALVING * part.parent_error && miss <= rounding;
             if is_rough || miss <= allowed {
                 return (miss, Some(c));
             }
@@ -262,13 +253,13 @@ impl Pieces<'_, '_> {
     }
 
     fn lay_out(&mut self) -> Result<Vec<PolynomialPiece>> {
-        let mut open = self.layout.ways();
+        let mut open = self.layout.smooth_intervals();
         let mut done = Vec::new();
         while !open.is_empty() {
-            let looked = self.look(&open)?;
+            let sampled = self.sample(&open)?;
             let mut next = Vec::new();
             let mut worst = (0.0f64, open[0]);
-            for (part, piece) in open.iter().zip(&looked) {
+            for (part, piece) in open.iter().zip(&sampled) {
                 let (miss, fitted) = self.fit(part, piece);
                 if let Some(c) = fitted {
                     done.push(PolynomialPiece {
@@ -283,17 +274,21 @@ impl Pieces<'_, '_> {
                 }
                 next.extend(part.halves(miss));
             }
-            let is_short = |halves: &&[Part]| halves.iter().any(Part::is_too_short);
+            let is_short = |halves: &&[FitInterval]| halves.iter().any(FitInterval::is_too_short);
             if let Some(halves) = next.chunks(2).find(is_short) {
-                let Part { missed, start, .. } = halves[0];
+                let FitInterval {
+                    parent_error,
+                    start,
+                    ..
+                } = halves[0];
                 return Err(self.refused(
-                    missed,
+                    parent_error,
                     start,
                     "the time has no places for shorter pieces",
                 ));
             }
-            if next.len() + done.len() > MOST_PIECES {
-                let reason = format!("more than {MOST_PIECES} pieces would be needed");
+            if next.len() + done.len() > MOST_FUNCTION_PIECES {
+                let reason = format!("more than {MOST_FUNCTION_PIECES} pieces would be needed");
                 return Err(self.refused(worst.0, worst.1.start, &reason));
             }
             open = next;

@@ -1,12 +1,13 @@
-//! What the own motion of a stop adds to its gap, with its derivatives (theory 12).
+//! The change of a gap [m] by the stop's own motion, with its time derivatives (theory 12).
 
 use crate::model::moment::Moment;
 use crate::model::rotations::Rotations;
 use crate::model::signal::Signal;
 use nalgebra::Complex;
 
-/// What a quintic leaves out half-way along a step h is at most `h^6 |c^(6)|/46080`.
-const QUINTIC_REST: f64 = 46080.0;
+/// Divisor of the remainder of a quintic through value, slope and curvature at both ends of a step h: half-way it is at most
+/// `h^6 |c^(6)|/46080`. [exact]
+const QUINTIC_REMAINDER: f64 = 46080.0;
 
 /// `c(t) = mean + Re sum_k c_k u_k(t) + sum_j s_j(t)`, by the phasors of an excitation.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +27,7 @@ impl GapMotion {
         found
     }
 
-    /// The same of some orders from one on, from one look at what turns.
+    /// The derivatives of N orders from `first` on, from one evaluation of the phasors.
     fn derivatives<const N: usize>(&self, at: Moment, first: usize) -> [(f64, f64); N] {
         let mut all = [(0.0, 0.0); N];
         let turning = self.rotations.phasors(at).zip(self.rotations.frequencies());
@@ -89,7 +90,7 @@ impl GapMotion {
     pub fn quintic_step(&self, allowed: f64) -> f64 {
         let turning = self.amplitudes.iter().zip(self.rotations.frequencies());
         let sixth: f64 = turning.map(|(a, w)| a.norm() * w.powi(6)).sum();
-        (QUINTIC_REST * allowed / sixth).powf(1.0 / 6.0)
+        (QUINTIC_REMAINDER * allowed / sixth).powf(1.0 / 6.0)
     }
 
     /// The largest that it adds by turning.

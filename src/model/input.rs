@@ -7,7 +7,7 @@ use nalgebra::{Complex, DVector};
 
 /// What acts on the coordinates from outside.
 pub(crate) trait Input {
-    /// What of it changes with time.
+    /// The part that changes with time.
     type Push: Copy;
 
     /// That at a moment.

@@ -89,7 +89,7 @@ impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
 }
 
 impl<O: Clone> LinearMotion<O, Option<Driven>> {
-    /// The same by what acts on it.
+    /// The motion with its excitation as a type, so that a free one has no code for it.
     pub fn by_input(&self) -> ByInput<LinearMotion<O, NoInput>, LinearMotion<O, Driven>> {
         match self.input.clone() {
             None => ByInput::Free(self.under(NoInput)),

@@ -55,7 +55,7 @@ pub(crate) use contact::{
     reaction_weights, slow_time,
 };
 pub(crate) use contact_geometry::{ContactGeometry, places};
-pub(crate) use dynamics::{ChainMotion, DIFFERENCE, DoublePendulumMotion, Dynamics, singular_mass};
+pub(crate) use dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, singular_mass};
 pub(crate) use energy::Energetics;
 pub(crate) use excitation::{Excitation, HarmonicPart};
 pub use forcing::{Forcing, Harmonic};
@@ -75,8 +75,8 @@ pub use paper::{Kind, PaperOptions, paper_scene, paper_system};
 pub(crate) use parameter_value::{start_of, value_of, with_value};
 pub(crate) use pendulum::Links;
 pub use pendulum::{DoublePendulum, PendulumChain};
-pub(crate) use ramp::{Moving, Way};
-pub use ramp::{Ramp, RampCourse, RampLaw};
+pub use ramp::{Ramp, RampLaw, RampProfile};
+pub(crate) use ramp::{RampRange, SteadyRamp};
 pub(crate) use ramped::{Drift, drifting};
 pub use rayleigh::{rayleigh_coefficients, rayleigh_damping};
 pub use reaction::Reaction;

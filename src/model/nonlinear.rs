@@ -4,18 +4,16 @@ use crate::error::{Error, Result};
 use crate::model::difference::derivative;
 use crate::model::linear::{Coefficient, LinearSystem};
 use crate::quantity::{finite_square, room_for};
-use crate::tolerance::{EQUILIBRIUM_TOL, ERROR_FACTOR, ROUGH_JACOBIAN, WRONG_JACOBIAN};
+use crate::tolerance::{
+    EQUILIBRIUM_TIMES, EQUILIBRIUM_TOL, ERROR_FACTOR, ONE_SIDED_STEP, ROUGH_JACOBIAN,
+    SHORT_ONE_SIDED_STEP, WRONG_JACOBIAN,
+};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// Steps to either side of a place at which a given derivative may be one-sided, in units of the coordinates.
-const BESIDE: f64 = 1e-6;
-const NEAR_BESIDE: f64 = 1e-9;
-/// Times at which q = 0 must be at rest to be linearised about.
-const PROBES: [f64; 3] = [0.0, 1.0, std::f64::consts::SQRT_2];
-/// Numbers that a step of an integrator takes for each coordinate, roughly: its stages and dense output.
+/// Numbers that a step of an integrator takes for each coordinate, roughly: its stages and dense output. [work]
 const NUMBERS_OF_A_STEP: usize = 32;
 
 /// Equations of motion `q'' = a(t, q, v)`, and what may be known beside them. The functions must be pure: the same
@@ -303,7 +301,12 @@ impl NonlinearSystem {
     fn sides(&self, t: f64, x: (&[f64], &[f64]), j: usize) -> Result<[DVector<f64>; 2]> {
         let here = self.beside(t, x, j, 0.0)?;
         let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].map(|x| here.map(|_| x));
-        for h in [BESIDE, -BESIDE, NEAR_BESIDE, -NEAR_BESIDE] {
+        for h in [
+            ONE_SIDED_STEP,
+            -ONE_SIDED_STEP,
+            SHORT_ONE_SIDED_STEP,
+            -SHORT_ONE_SIDED_STEP,
+        ] {
             let slope = (self.beside(t, x, j, h)? - &here) / h;
             let rounding = here.map(|a| ERROR_FACTOR * f64::EPSILON * a.abs() / h.abs());
             bounds[0] = bounds[0].inf(&(&slope - &rounding));
@@ -361,7 +364,7 @@ impl NonlinearSystem {
         self.check_jacobian(0.0, &zero, &zero)?;
         let jacobian = self.jacobian(0.0, &zero, &zero)?;
         let small = EQUILIBRIUM_TOL * jacobian.columns(0, n).amax();
-        for t in PROBES {
+        for t in EQUILIBRIUM_TIMES {
             let mut a = vec![0.0; n];
             self.acceleration(t, &zero, &zero, &mut a)?;
             if a.iter().any(|a| a.abs() > small) {

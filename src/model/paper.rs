@@ -31,10 +31,10 @@ struct Case {
     clearance: f64,
 }
 
-/// Forcing frequency of all three cases.
-const FREQUENCY: f64 = 1.5;
-/// Restitution `1 - gamma` of all three cases.
-const RESTITUTION: f64 = 0.9;
+/// Forcing frequency of all three cases of the paper [-], in units of its time. [exact]
+const PAPER_FREQUENCY: f64 = 1.5;
+/// Restitution coefficient `1 - gamma` of all three cases of the paper [-]. [exact]
+const PAPER_RESTITUTION: f64 = 0.9;
 
 impl Kind {
     /// Table 1: the stops hit in one period, and how many forcing periods that takes in the paper's cases.
@@ -128,8 +128,13 @@ pub fn paper_scene(kind: Kind, options: &PaperOptions) -> Result<Scene> {
     let case = kind.case();
     let damping = options.damping.unwrap_or(case.damping);
     let clearance = options.clearance.unwrap_or(case.clearance);
-    let stop = |i: usize| Stop::new(i, clearance, RESTITUTION)?.with_reaction(Reaction::Coordinate);
-    let base = BaseMotion::new(case.forcing / (FREQUENCY * FREQUENCY), FREQUENCY, 0.0)?;
+    let stop =
+        |i: usize| Stop::new(i, clearance, PAPER_RESTITUTION)?.with_reaction(Reaction::Coordinate);
+    let base = BaseMotion::new(
+        case.forcing / (PAPER_FREQUENCY * PAPER_FREQUENCY),
+        PAPER_FREQUENCY,
+        0.0,
+    )?;
     let stops = [stop(0)?, stop(1)?];
     if options.linear {
         Scene::new(

@@ -10,13 +10,13 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 /// `sum_j I_ij (cos(q_i - q_j) q_j'' + sin(q_i - q_j) v_j^2) = h_i (b cos q_i - g sin q_i) - (C v)_i`.
 #[derive(Debug, Clone)]
 pub(crate) struct Links {
-    /// I
+    /// The inertia I, shape `(N, N)`, [kg m^2]; dimensionless for the double pendulum, as all of these.
     pub inertia: DMatrix<f64>,
-    /// h
+    /// The static moments h, shape `(N,)`, [kg m].
     pub static_moment: DVector<f64>,
-    /// g
+    /// The gravity g [m/s^2].
     pub gravity: f64,
-    /// C
+    /// The damping matrix C, shape `(N, N)`, [N m s/rad].
     pub damping: DMatrix<f64>,
 }
 

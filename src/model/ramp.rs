@@ -5,8 +5,8 @@ use crate::model::change::Parameter;
 use crate::model::twice::{Twice, mean_exponential};
 use crate::quantity::{finite, positive};
 
-/// Levels of a ramp, of which each is a scene, are no more than this.
-const MOST_LEVELS: usize = 100_000;
+/// The most levels of a ramp, each of which is a scene. [work]
+const MOST_RAMP_LEVELS: usize = 100_000;
 
 /// How a ramp goes from its first value to its last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,12 +18,12 @@ pub enum RampLaw {
     Log,
 }
 
-/// How fast a ramp goes.
+/// How fast a ramp changes its number, as a function of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum RampCourse {
-    /// Steadily, in so much time.
+pub enum RampProfile {
+    /// Steadily, in this much time \[s\].
     Over(f64),
-    /// Steadily, by so much in a unit of time: of the value, or of its logarithm. Its sign does not matter.
+    /// Steadily, at this rate: the change of the value, or of its logarithm, in a unit of time. Its sign does not matter.
     Rate(f64),
     /// By equal steps over a number of levels, the first and the last value among them.
     Steps {
@@ -39,11 +39,11 @@ pub enum RampCourse {
 /// # Examples
 /// ```
 /// use nalgebra::dvector;
-/// use vibroimpact::{Harmonic, LinearSystem, Parameter, Ramp, RampCourse, Scene, SimulateOptions, Stop, simulate};
+/// use vibroimpact::{Harmonic, LinearSystem, Parameter, Ramp, RampProfile, Scene, SimulateOptions, Stop, simulate};
 /// let system = LinearSystem::new(dvector![1.0], dvector![0.1], dvector![1.0])?;
 /// let force = Harmonic::new(dvector![0.5.into()], 0.5, 0.0)?;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
-/// let up = Ramp::new(Parameter::Frequency, 2.0, RampCourse::Rate(0.01))?;
+/// let up = Ramp::new(Parameter::Frequency, 2.0, RampProfile::Rate(0.01))?;
 /// let options = SimulateOptions { ramps: vec![up], ..Default::default() };
 /// let rest = dvector![0.0];
 /// let run = simulate(&scene, &rest, &rest, (0.0, 200.0), &options)?;
@@ -54,7 +54,7 @@ pub enum RampCourse {
 pub struct Ramp {
     parameter: Parameter,
     to: f64,
-    course: RampCourse,
+    profile: RampProfile,
     law: RampLaw,
 }
 
@@ -63,21 +63,21 @@ impl Ramp {
     ///
     /// # Errors
     /// A value that the number may not take, a time, rate or dwell that is not positive and finite, fewer than two levels, or more than 100 000.
-    pub fn new(parameter: Parameter, to: f64, course: RampCourse) -> Result<Self> {
+    pub fn new(parameter: Parameter, to: f64, profile: RampProfile) -> Result<Self> {
         parameter.check(to)?;
-        match course {
-            RampCourse::Over(time) => drop(positive("over", time)?),
-            RampCourse::Rate(rate) => {
+        match profile {
+            RampProfile::Over(time) => drop(positive("over", time)?),
+            RampProfile::Rate(rate) => {
                 if finite("rate", rate)? == 0.0 {
                     let rule = "it must not be zero: the value would never be reached";
                     return Err(Error::bad_value("rate", rate, rule));
                 }
             }
-            RampCourse::Steps { levels, dwell } => {
+            RampProfile::Steps { levels, dwell } => {
                 positive("dwell", dwell)?;
-                if !(2..=MOST_LEVELS).contains(&levels) {
+                if !(2..=MOST_RAMP_LEVELS).contains(&levels) {
                     let rule = format!(
-                        "it must be from 2 to {MOST_LEVELS}: the first and the last value are among them"
+                        "it must be from 2 to {MOST_RAMP_LEVELS}: the first and the last value are among them"
                     );
                     return Err(Error::bad_value("levels", levels, rule));
                 }
@@ -86,7 +86,7 @@ impl Ramp {
         Ok(Self {
             parameter,
             to,
-            course,
+            profile,
             law: RampLaw::Linear,
         })
     }
@@ -97,31 +97,31 @@ impl Ramp {
         Self { law, ..self }
     }
 
-    /// The number that moves.
+    /// The number that drifts.
     pub fn parameter(&self) -> Parameter {
         self.parameter
     }
 
-    /// Where it goes.
+    /// Its last value.
     pub fn to(&self) -> f64 {
         self.to
     }
 
-    /// How fast.
-    pub fn course(&self) -> RampCourse {
-        self.course
+    /// How fast the number changes.
+    pub fn profile(&self) -> RampProfile {
+        self.profile
     }
 
-    /// How.
+    /// The law between the first value and the last.
     pub fn law(&self) -> RampLaw {
         self.law
     }
 
-    /// The way from a value on, by the law.
+    /// The range from a first value to the last one of the ramp.
     ///
     /// # Errors
     /// Values of which the law `Log` has no logarithm.
-    pub(crate) fn way(&self, from: f64) -> Result<Way> {
+    pub(crate) fn range(&self, from: f64) -> Result<RampRange> {
         let to = self.to;
         let has_logarithm = from * to > 0.0;
         if self.law == RampLaw::Log && !has_logarithm {
@@ -131,7 +131,7 @@ impl Ramp {
             let argument = format!("to of the ramp of \"{}\"", self.parameter);
             return Err(Error::bad_value(argument, to, rule));
         }
-        Ok(Way {
+        Ok(RampRange {
             from,
             to,
             law: self.law,
@@ -139,16 +139,16 @@ impl Ramp {
     }
 }
 
-/// The way of a number from one value to another.
+/// The first and the last value of a ramp, with the law between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct RampRange {
     pub from: f64,
     pub to: f64,
     law: RampLaw,
 }
 
-impl Way {
-    /// The value of a level of so many.
+impl RampRange {
+    /// The value of level `k`, the first being 0, of `levels` in all.
     pub fn level(self, k: usize, levels: usize) -> f64 {
         if k == 0 {
             return self.from;
@@ -171,51 +171,51 @@ impl Way {
         }
     }
 
-    /// The way from a time on, in so much time.
-    pub fn over(self, start: f64, time: f64) -> Moving {
-        Moving {
-            way: self,
+    /// The ramp that begins at `start` and takes the given time.
+    pub fn over(self, start: f64, time: f64) -> SteadyRamp {
+        SteadyRamp {
+            range: self,
             start,
             rate: self.change() / time,
         }
     }
 
-    /// The same at a rate, towards the last value.
-    pub fn at_rate(self, start: f64, rate: f64) -> Moving {
-        Moving {
-            way: self,
+    /// The ramp that begins at `start` and changes at a rate, towards the last value whatever the sign of the rate.
+    pub fn at_rate(self, start: f64, rate: f64) -> SteadyRamp {
+        SteadyRamp {
+            range: self,
             start,
             rate: rate.copysign(self.change()),
         }
     }
 }
 
-/// A number on its way, steadily: `from + rate s`, or `from e^(rate s)`, at a time s after the start.
+/// A number that changes steadily: `from + rate s`, or `from e^(rate s)`, at a time s after the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Moving {
-    way: Way,
+pub(crate) struct SteadyRamp {
+    range: RampRange,
     pub start: f64,
     rate: f64,
 }
 
-impl Moving {
+impl SteadyRamp {
     /// When it has reached its last value; the start where it is there already.
     pub fn end(self) -> f64 {
-        if self.way.from == self.way.to {
+        if self.range.from == self.range.to {
             return self.start;
         }
-        self.start + self.way.change() / self.rate
+        self.start + self.range.change() / self.rate
     }
 
     /// Its last value.
     pub fn last(self) -> f64 {
-        self.way.to
+        self.range.to
     }
 
     /// Value, slope and second derivative at a time, as it goes on beyond its end.
     pub fn at(self, t: f64) -> [f64; 3] {
-        let (from, rate, s) = (self.way.from, self.rate, t - self.start);
-        match self.way.law {
+        let (from, rate, s) = (self.range.from, self.rate, t - self.start);
+        match self.range.law {
             RampLaw::Linear => [from + rate * s, rate, 0.0],
             RampLaw::Log => {
                 let value = from * (rate * s).exp();
@@ -226,8 +226,8 @@ impl Moving {
 
     /// By how much it has changed at a time since its start, as it goes on beyond its end.
     pub fn changed(self, t: f64) -> f64 {
-        let (from, x) = (self.way.from, self.rate * (t - self.start));
-        match self.way.law {
+        let (from, x) = (self.range.from, self.rate * (t - self.start));
+        match self.range.law {
             RampLaw::Linear => x,
             RampLaw::Log => from * x.exp_m1(),
         }
@@ -236,9 +236,9 @@ impl Moving {
     /// Its value at a time, before its start and after its end that of there.
     pub fn value(self, t: f64) -> f64 {
         if t <= self.start {
-            self.way.from
+            self.range.from
         } else if t >= self.end() {
-            self.way.to
+            self.range.to
         } else {
             self.at(t)[0]
         }
@@ -247,9 +247,9 @@ impl Moving {
     /// Its integral from the start to a time, in twice the precision.
     pub fn integral(self, t: f64) -> Twice {
         let s = Twice::of(t).plus(Twice::of(-self.start));
-        let from = Twice::of(self.way.from);
+        let from = Twice::of(self.range.from);
         let x = s.times(Twice::of(self.rate));
-        match self.way.law {
+        match self.range.law {
             // from s + rate s^2/2
             RampLaw::Linear => s.times(from.plus(x.times(Twice::of(0.5)))),
             // from s (e^x - 1)/x
@@ -262,18 +262,18 @@ impl Moving {
 mod tests {
     use super::*;
 
-    fn ramp(to: f64, course: RampCourse, law: RampLaw) -> Ramp {
-        Ramp::new(Parameter::Frequency, to, course)
+    fn ramp(to: f64, profile: RampProfile, law: RampLaw) -> Ramp {
+        Ramp::new(Parameter::Frequency, to, profile)
             .expect("valid")
             .with_law(law)
     }
 
     #[test]
     fn levels_are_equally_far_apart_and_end_at_the_ends() {
-        let course = RampCourse::Over(1.0);
+        let profile = RampProfile::Over(1.0);
         let values = |law| {
-            let way = ramp(8.0, course, law).way(1.0).expect("a way");
-            (0..4).map(|k| way.level(k, 4)).collect::<Vec<_>>()
+            let range = ramp(8.0, profile, law).range(1.0).expect("a range");
+            (0..4).map(|k| range.level(k, 4)).collect::<Vec<_>>()
         };
         let linear = values(RampLaw::Linear);
         assert_eq!((linear[0], linear[3]), (1.0, 8.0));
@@ -285,13 +285,13 @@ mod tests {
     #[test]
     fn a_number_moves_by_its_law_and_stays() {
         for law in [RampLaw::Linear, RampLaw::Log] {
-            let way = ramp(0.5, RampCourse::Over(4.0), law)
-                .way(2.0)
-                .expect("a way");
-            let moving = way.over(10.0, 4.0);
+            let range = ramp(0.5, RampProfile::Over(4.0), law)
+                .range(2.0)
+                .expect("a range");
+            let moving = range.over(10.0, 4.0);
             assert_eq!(moving.end(), 14.0);
             assert_eq!((moving.value(9.0), moving.value(15.0)), (2.0, 0.5));
-            let same = way.at_rate(10.0, moving.rate.abs());
+            let same = range.at_rate(10.0, moving.rate.abs());
             assert_eq!(same, moving);
             let h = 1e-4;
             let [before, now, after] = [12.0 - h, 12.0, 12.0 + h].map(|t| moving.at(t));
@@ -305,7 +305,7 @@ mod tests {
     /// `3 s + 0.007 s^2/2` and `5 (e^(r s) - 1)/r` at s = 1234.5, of the doubles themselves, to 34 digits.
     #[test]
     fn angles_keep_their_digits_after_thousands_of_turns() {
-        let moving = |from, to, law, rate| Way { from, to, law }.at_rate(0.0, rate);
+        let moving = |from, to, law, rate| RampRange { from, to, law }.at_rate(0.0, rate);
         for (moving, (high, low)) in [
             (
                 moving(3.0, 1e3, RampLaw::Linear, 0.007),
@@ -328,18 +328,18 @@ mod tests {
 
     #[test]
     fn what_is_no_ramp_is_refused_by_name() {
-        let message = |to, course| {
-            let ramp = Ramp::new(Parameter::Frequency, to, course);
+        let message = |to, profile| {
+            let ramp = Ramp::new(Parameter::Frequency, to, profile);
             ramp.expect_err("refused").to_string()
         };
-        let over = RampCourse::Over(1.0);
+        let over = RampProfile::Over(1.0);
         assert!(message(-1.0, over).starts_with("frequency is -1"));
-        assert!(message(1.0, RampCourse::Over(0.0)).starts_with("over is 0"));
-        assert!(message(1.0, RampCourse::Rate(0.0)).starts_with("rate is 0"));
-        let steps = |levels, dwell| message(1.0, RampCourse::Steps { levels, dwell });
+        assert!(message(1.0, RampProfile::Over(0.0)).starts_with("over is 0"));
+        assert!(message(1.0, RampProfile::Rate(0.0)).starts_with("rate is 0"));
+        let steps = |levels, dwell| message(1.0, RampProfile::Steps { levels, dwell });
         assert!(steps(1, 1.0).starts_with("levels is 1"));
         assert!(steps(3, f64::NAN).starts_with("dwell is NaN"));
-        let log = ramp(1.0, over, RampLaw::Log).way(-1.0);
+        let log = ramp(1.0, over, RampLaw::Log).range(-1.0);
         let message = log.expect_err("refused").to_string();
         assert!(message.contains("it must have the sign"), "{message}");
     }

@@ -1,5 +1,5 @@
-//! A scene while some of its numbers drift steadily (theory 14): what turned with an angle follows a signal, in pieces of polynomials
-//! that are it to rounding.
+//! A scene while some of its numbers drift steadily (theory 14): forcings that are periodic without drift become signals, piecewise
+//! polynomials that agree with them to rounding.
 //!
 //! A force `Re(F e^{i k theta})` stays one with `theta' = w(t)`; a displacement stays one, so that the acceleration of a base
 //! `s Re(U e^{i k theta})` is `Re((s'' + 2 i k w s' + s (i k w' - (k w)^2)) U e^{i k theta})`, and the slope of a moving stop has its own w.
@@ -11,33 +11,29 @@ use crate::model::forcing::{Forcing, whole_multiple};
 use crate::model::function_pieces::Layout;
 use crate::model::load::Load;
 use crate::model::moment::Moment;
-use crate::model::ramp::Moving;
+use crate::model::ramp::SteadyRamp;
 use crate::model::scene::Scene;
 use crate::model::signal::Signal;
 use crate::model::stop_motion::StopMotion;
 use crate::model::twice::Twice;
 use crate::observer::ObserverFn;
+use crate::tolerance::{DRIFT_OVERHANG, DRIFT_OVERHANG_ROUNDINGS};
 use nalgebra::{Complex, DVector};
 use std::cell::RefCell;
 use std::f64::consts::PI;
 
-/// What of a scene drifts over a span of time.
+/// The numbers of a scene that drift over a span of time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Drift {
     /// The frequency.
-    pub frequency: Option<Moving>,
-    /// The phase of the first of what turns, and how many times the lowest frequency its own is; all are as much earlier.
-    pub phase: Option<(Moving, f64)>,
+    pub frequency: Option<SteadyRamp>,
+    /// The phase of the first periodic part, and the ratio of its frequency to the lowest; all parts are shifted in time with it.
+    pub phase: Option<(SteadyRamp, f64)>,
     /// The factor on the forcing.
-    pub scale: Option<Moving>,
+    pub scale: Option<SteadyRamp>,
     /// The clearance of each stop, `None` of one that keeps it; empty where all do.
-    pub clearances: Vec<Option<Moving>>,
+    pub clearances: Vec<Option<SteadyRamp>>,
 }
-
-/// A part of a period and of the span by which signals go on beyond it, but no less than the last places of the time: they hold at its
-/// end, too.
-const BEYOND: f64 = 1.0 / 64.0;
-const LAST_PLACES: f64 = 16.0;
 
 /// An angle that changes at a rate.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +44,7 @@ pub(crate) struct Swept {
 }
 
 impl Drift {
-    /// Whether nothing drifts but what makes no signals.
+    /// Whether nothing drifts that makes signals necessary.
     fn is_still(&self) -> bool {
         self.frequency.is_none()
             && self.phase.is_none()
@@ -56,12 +52,12 @@ impl Drift {
             && self.clearances.iter().all(Option::is_none)
     }
 
-    /// Whether what turns follows signals then.
+    /// Whether periodic parts become signals.
     pub fn turns_into_signals(&self) -> bool {
         self.sweeps() || self.scale.is_some()
     }
 
-    /// Whether angles do.
+    /// Whether the angles of periodic parts drift.
     fn sweeps(&self) -> bool {
         self.frequency.is_some() || self.phase.is_some()
     }
@@ -304,8 +300,8 @@ pub(crate) fn drifting(
     if drift.is_still() {
         return Ok(scene.clone());
     }
-    let moving = scene.moving();
-    let lowest = moving.lowest().map_or(0.0, |(w, _)| w);
+    let all = scene.all_forcing();
+    let lowest = all.lowest().map_or(0.0, |(w, _)| w);
     let fastest = drift
         .frequency
         .map_or(lowest, |m| m.at(span.0)[0].max(m.at(span.1)[0]));
@@ -314,8 +310,8 @@ pub(crate) fn drifting(
     } else {
         span.1 - span.0
     };
-    let beyond =
-        (BEYOND * longest).max(LAST_PLACES * f64::EPSILON * span.0.abs().max(span.1.abs()));
+    let beyond = (DRIFT_OVERHANG * longest)
+        .max(DRIFT_OVERHANG_ROUNDINGS * f64::EPSILON * span.0.abs().max(span.1.abs()));
     let sweep = Sweep {
         drift,
         lowest,

@@ -1,4 +1,4 @@
-//! What turns with time: the harmonics of a fundamental frequency, and tones of frequencies of their own.
+//! The phasors of an excitation: the harmonics of a fundamental frequency, and tones of frequencies of their own.
 
 use crate::model::moment::Moment;
 use nalgebra::Complex;
@@ -6,11 +6,11 @@ use nalgebra::Complex;
 /// Frequencies with the phasors `e^{i w t}` that turn at them: first those of the harmonics, then those of the tones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Rotations {
-    /// The fundamental frequency, zero without harmonics.
+    /// The fundamental frequency [rad/s], zero without harmonics.
     pub fundamental: f64,
     /// Number of harmonics.
     pub n_harmonics: usize,
-    /// The frequencies of the tones, whose phases are in their amplitudes.
+    /// The frequencies of the tones, shape `(n_tones,)`, [rad/s]; their phases are in their amplitudes.
     pub tones: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Rotations {
         harmonics.chain(tones.map(Complex::cis))
     }
 
-    /// What the phasors turn by over a span of time.
+    /// The factors by which the phasors change over a span of time.
     pub fn turns(&self, span: f64) -> impl Iterator<Item = Complex<f64>> {
         self.frequencies().map(move |w| Complex::cis(w * span))
     }

@@ -9,7 +9,7 @@ use crate::model::forcing::{Forcing, Timing};
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
 use crate::model::nonlinear::no_mass;
-use crate::model::ramp::Moving;
+use crate::model::ramp::SteadyRamp;
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
@@ -47,9 +47,9 @@ pub struct Scene {
 #[derive(Debug, PartialEq)]
 pub(crate) struct Laws {
     /// The restitution of each stop, `None` of one that keeps its own.
-    pub restitutions: Vec<Option<Moving>>,
+    pub restitutions: Vec<Option<SteadyRamp>>,
     /// The factor on the damping.
-    pub damping: Option<Moving>,
+    pub damping: Option<SteadyRamp>,
 }
 
 impl Scene {
@@ -205,24 +205,24 @@ impl Scene {
 
     /// What acts on the system from outside, and how its stops move.
     pub(crate) fn excitation(&self) -> Excitation {
-        if self.has_moving_stops() {
-            let moving = self.moving();
-            Excitation::with_stops(&self.system, &self.forcing, &self.stops, &moving)
+        if self.has_stop_motion() {
+            let all = self.all_forcing();
+            Excitation::with_stops(&self.system, &self.forcing, &self.stops, &all)
         } else {
             Excitation::new(&self.system, &self.forcing)
         }
     }
 
     /// Whether a stop moves by itself.
-    pub(crate) fn has_moving_stops(&self) -> bool {
+    pub(crate) fn has_stop_motion(&self) -> bool {
         self.stops.iter().any(|stop| stop.motion().is_some())
     }
 
-    /// The same while some of its numbers drift.
+    /// The scene while some of its numbers drift.
     pub(crate) fn with_laws(
         self,
-        restitutions: Vec<Option<Moving>>,
-        damping: Option<Moving>,
+        restitutions: Vec<Option<SteadyRamp>>,
+        damping: Option<SteadyRamp>,
     ) -> Self {
         let has_any = damping.is_some() || restitutions.iter().any(Option::is_some);
         let laws = || Laws {
@@ -247,34 +247,34 @@ impl Scene {
     }
 
     /// The factor on its damping, where that drifts.
-    pub(crate) fn drifting_damping(&self) -> Option<Moving> {
+    pub(crate) fn drifting_damping(&self) -> Option<SteadyRamp> {
         self.laws.as_ref()?.damping
     }
 
-    /// The same with other frequencies and phases of all that turns.
+    /// The scene with other frequencies and phases of the periodic parts of its forcing and of its stops' motions.
     pub(crate) fn with_angles(&self, of: impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
         let mut copy = Self {
             derived: Derived::default(),
             modal: Derived::default(),
             ..self.clone()
         };
-        copy.with_moving(|all| all.with_angles(&of))?;
+        copy.with_all_forcing(|all| all.with_angles(&of))?;
         Ok(copy)
     }
 
-    /// Frequency and phase of the first of what turns, whose phase `Change::Phase` names.
+    /// Frequency and phase of the first periodic part, whose phase `Change::Phase` changes.
     pub(crate) fn first_angle(&self) -> Option<(f64, f64)> {
-        self.moving().angles().next()
+        self.all_forcing().angles().next()
     }
 
-    /// The lowest frequency of all that turns.
+    /// The lowest frequency of all periodic parts.
     pub(crate) fn lowest_frequency(&self) -> Option<f64> {
-        self.moving().lowest().map(|(w, _)| w)
+        self.all_forcing().lowest().map(|(w, _)| w)
     }
 
     /// All that changes with time: the forcing, then the motions of stops in their order.
-    pub(super) fn moving(&self) -> Cow<'_, Forcing> {
-        if !self.has_moving_stops() {
+    pub(super) fn all_forcing(&self) -> Cow<'_, Forcing> {
+        if !self.has_stop_motion() {
             return Cow::Borrowed(&self.forcing);
         }
         let stops = self.stops.iter().filter_map(Constraint::motion);
@@ -283,10 +283,10 @@ impl Scene {
         Cow::Owned(Forcing::Several(all.collect()))
     }
 
-    /// The same scene with all that changes with time changed together.
-    fn with_moving(&mut self, change: impl FnOnce(&Forcing) -> Result<Forcing>) -> Result<()> {
-        let changed = change(&self.moving())?;
-        if !self.has_moving_stops() {
+    /// Changes the forcing and the motions of stops together.
+    fn with_all_forcing(&mut self, change: impl FnOnce(&Forcing) -> Result<Forcing>) -> Result<()> {
+        let changed = change(&self.all_forcing())?;
+        if !self.has_stop_motion() {
             self.forcing = changed;
             return Ok(());
         }
@@ -306,7 +306,7 @@ impl Scene {
 
     /// How the scene depends on time, but for equations of motion that do by themselves.
     pub(crate) fn timing(&self) -> Timing {
-        self.moving().timing()
+        self.all_forcing().timing()
     }
 
     /// Refuses stops that move by themselves; `purpose` says what takes none.
@@ -314,7 +314,7 @@ impl Scene {
     /// # Errors
     /// A stop that moves.
     pub(crate) fn check_stops_rest(&self, purpose: &str) -> Result<()> {
-        if !self.has_moving_stops() {
+        if !self.has_stop_motion() {
             return Ok(());
         }
         let rule = format!(
@@ -353,12 +353,12 @@ impl Scene {
 
     /// The fundamental frequency of what acts on the system, `None` without forcing, and where there is none.
     pub(crate) fn frequency(&self) -> Option<f64> {
-        self.moving().frequency()
+        self.all_forcing().frequency()
     }
 
     /// The phase of the fundamental frequency, zero without forcing, NaN where there is none.
     pub(crate) fn phase(&self) -> f64 {
-        self.moving().phase()
+        self.all_forcing().phase()
     }
 
     /// The same without its whole turns, which cost digits where it is added to an angle.
@@ -388,7 +388,7 @@ impl Scene {
     /// If q has not n entries.
     pub fn gaps_at(&self, q: &DVector<f64>, t: f64) -> Result<DVector<f64>> {
         let mut gaps = self.gaps_at_rest(q)?;
-        if self.has_moving_stops() {
+        if self.has_stop_motion() {
             let frequency = self.frequency().unwrap_or(0.0);
             let turns = Moment::new(t, 0.0, frequency).angle_of(frequency);
             let at = Moment::new(t, turns + self.turned_phase(), frequency);
@@ -474,11 +474,11 @@ impl Scene {
             Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
             Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
             Change::Frequency(frequency) => {
-                copy.with_moving(|all| all.with_frequency(frequency))?;
+                copy.with_all_forcing(|all| all.with_frequency(frequency))?;
             }
-            Change::Phase(phase) => copy.with_moving(|all| all.with_phase(phase))?,
+            Change::Phase(phase) => copy.with_all_forcing(|all| all.with_phase(phase))?,
             Change::FundamentalPhase(phase) => {
-                copy.with_moving(|all| all.with_fundamental_phase(phase))?;
+                copy.with_all_forcing(|all| all.with_fundamental_phase(phase))?;
             }
             Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
             Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,

@@ -6,13 +6,13 @@ use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, Nonlin
 use crate::model::input::{Driven, Swing};
 use crate::model::linear_motion::LinearMotion;
 use crate::model::moment::Moment;
-use crate::model::ramp::Moving;
+use crate::model::ramp::SteadyRamp;
 use crate::model::scene::Scene;
 use crate::model::system::System;
 use nalgebra::{DMatrix, DVector};
 
-/// Up to so many coordinates a full matrix is no slower than its diagonal.
-const MOST_FULL: usize = 2;
+/// The number of coordinates up to which the product with a full matrix is no slower than that with its diagonal. [work]
+const LARGEST_FULL_MATRIX: usize = 2;
 
 /// The motion of a scene's system.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub(crate) enum SceneMotion {
 pub(crate) struct FadingDamping {
     damped: Box<SceneMotion>,
     undamped: Box<SceneMotion>,
-    factor: Moving,
+    factor: SteadyRamp,
 }
 
 impl SceneMotion {
@@ -51,7 +51,10 @@ impl SceneMotion {
             System::Linear(system) => {
                 let input = Driven::new(&excitation.over_mass(system));
                 let diagonal = || LinearMotion::diagonal(system, input.clone());
-                match (system.n_dof() > MOST_FULL).then(diagonal).flatten() {
+                match (system.n_dof() > LARGEST_FULL_MATRIX)
+                    .then(diagonal)
+                    .flatten()
+                {
                     Some(motion) => Self::Diagonal(motion),
                     None => Self::Full(LinearMotion::full(system, input)),
                 }

@@ -1,15 +1,15 @@
 //! Functions of time in pieces, each a polynomial (theory 11): measured samples, splines, functions by Chebyshev pieces.
 
 use crate::error::{Error, Result};
-use crate::model::chebyshev::{DEGREE, NODES};
+use crate::model::chebyshev::{CHEBYSHEV_DEGREE, CHEBYSHEV_NODES};
 use crate::model::function_pieces::{Layout, PolynomialPiece, polynomial_pieces};
 use crate::observer::{ObserverFn, go_on_unless_broken_off};
 use crate::quantity::finite;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Polynomials of a higher degree than this are refused: a piece of one is several of lower degree.
-const MOST_DEGREE: usize = 16;
+/// The highest degree of a piece; what needs a higher one is given as several pieces. [work]
+const HIGHEST_SIGNAL_DEGREE: usize = 16;
 
 /// A function of time in pieces, each a polynomial; zero before the first and after the last.
 ///
@@ -22,7 +22,7 @@ const MOST_DEGREE: usize = 16;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
-    pieces: Arc<Pieces>,
+    pieces: Arc<PiecewisePolynomial>,
     /// What is added to the time.
     shift: f64,
     factor: f64,
@@ -30,7 +30,7 @@ pub struct Signal {
 
 /// The pieces as they were given.
 #[derive(Debug, PartialEq)]
-struct Pieces {
+struct PiecewisePolynomial {
     /// Where they begin, and where the last one ends.
     breaks: Vec<f64>,
     degree: usize,
@@ -86,9 +86,10 @@ impl Signal {
             ));
         }
         let degree = rows - 1;
-        if degree > MOST_DEGREE {
-            let rule =
-                format!("pieces of a degree up to {MOST_DEGREE} are taken; use more of them");
+        if degree > HIGHEST_SIGNAL_DEGREE {
+            let rule = format!(
+                "pieces of a degree up to {HIGHEST_SIGNAL_DEGREE} are taken; use more of them"
+            );
             return Err(Error::bad_value("the degree", degree, rule));
         }
         let mut derivatives = Vec::with_capacity(rows * count);
@@ -167,7 +168,7 @@ impl Signal {
         let all = polynomial_pieces(function, layout, go_on)?;
         let mut breaks: Vec<f64> = all.iter().map(|piece| piece.start).collect();
         breaks.push(layout.span.1);
-        let mut derivatives = Vec::with_capacity(NODES * all.len());
+        let mut derivatives = Vec::with_capacity(CHEBYSHEV_NODES * all.len());
         for PolynomialPiece { start, end, powers } in &all {
             let mut factor = 1.0;
             for (m, power) in powers.iter().enumerate() {
@@ -175,7 +176,7 @@ impl Signal {
                 factor *= (m + 1) as f64 / (end - start);
             }
         }
-        Ok(Self::new(breaks, DEGREE, derivatives))
+        Ok(Self::new(breaks, CHEBYSHEV_DEGREE, derivatives))
     }
 
     fn new(breaks: Vec<f64>, degree: usize, derivatives: Vec<f64>) -> Self {
@@ -184,7 +185,7 @@ impl Signal {
             [a.min(x), b.max(x)]
         });
         Self {
-            pieces: Arc::new(Pieces {
+            pieces: Arc::new(PiecewisePolynomial {
                 breaks,
                 degree,
                 derivatives,
@@ -198,7 +199,7 @@ impl Signal {
     /// Its breakpoints, degree, derivatives where the pieces begin, what is added to the time, and the factor: all there is to know.
     #[cfg(feature = "python")]
     pub(crate) fn parts(&self) -> (&[f64], usize, &[f64], f64, f64) {
-        let Pieces {
+        let PiecewisePolynomial {
             breaks,
             degree,
             derivatives,
@@ -220,7 +221,7 @@ impl Signal {
     ) -> Result<Self> {
         check_increasing("breaks", &breaks)?;
         let needed = degree.saturating_add(1).saturating_mul(breaks.len() - 1);
-        if degree > MOST_DEGREE || derivatives.len() != needed {
+        if degree > HIGHEST_SIGNAL_DEGREE || derivatives.len() != needed {
             let found = format!("({},)", derivatives.len());
             let expected = format!("({needed},)");
             return Err(Error::bad_shape("derivatives", found, expected));
@@ -257,7 +258,7 @@ impl Signal {
 
     /// The coefficients of each piece in powers of the time since it began, the highest first: shape `(degree + 1, pieces)`.
     pub fn coefficients(&self) -> DMatrix<f64> {
-        let Pieces {
+        let PiecewisePolynomial {
             degree,
             derivatives,
             ..
@@ -289,7 +290,7 @@ impl Signal {
 
     /// Value and slope before and after the k-th breakpoint, zero outside.
     fn sides(&self, k: usize) -> [[f64; 2]; 2] {
-        let Pieces { breaks, .. } = &*self.pieces;
+        let PiecewisePolynomial { breaks, .. } = &*self.pieces;
         let mut sides = [[0.0; 2]; 2];
         let mut put = |side: usize, piece: usize, local: f64| {
             self.pieces.after_start(piece, local, |m, x| {
@@ -309,7 +310,7 @@ impl Signal {
 
     /// The sizes of the terms of value and slope, the largest of all pieces.
     pub(crate) fn largest(&self) -> [f64; 2] {
-        let Pieces {
+        let PiecewisePolynomial {
             breaks,
             degree,
             derivatives,
@@ -351,7 +352,7 @@ impl Signal {
 
     /// The derivative, piece by piece.
     pub(crate) fn derivative(&self) -> Self {
-        let Pieces {
+        let PiecewisePolynomial {
             breaks,
             degree,
             derivatives,
@@ -440,7 +441,7 @@ impl Signal {
     }
 }
 
-impl Pieces {
+impl PiecewisePolynomial {
     /// The derivatives where a piece begins.
     fn given(&self, piece: usize) -> &[f64] {
         let n = self.degree + 1;

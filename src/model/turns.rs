@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-/// `2 pi - TAU` to the next 53 bits.
+/// `2 pi - TAU` to the next 53 bits. [exact]
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
-/// Turns that doubles count one by one; an angle of more has no digits.
-const MOST_TURNS: f64 = 9_007_199_254_740_992.0;
+/// Turns up to which doubles count one by one, 2^53; an angle of more has no digits. [exact]
+const COUNTABLE_TURNS: f64 = 9_007_199_254_740_992.0;
 
 /// The time of the whole turn of frequency w that is nearest to a time, `2 pi k/w`, and what rounding took from it; the time, too, is
 /// given with what rounding took from it.
@@ -14,7 +14,7 @@ pub(crate) fn nearest_turn([time, rest]: [f64; 2], w: f64) -> (f64, f64) {
     if turns == 0.0 {
         return (0.0, 0.0);
     }
-    if turns.abs() >= MOST_TURNS {
+    if turns.abs() >= COUNTABLE_TURNS {
         return (time, rest);
     }
     let angle = turns * TAU;

@@ -36,28 +36,28 @@ impl Twice {
         Self(high, low)
     }
 
-    /// What is left of it as an angle, within half a turn of zero.
+    /// The number as an angle [rad], reduced by whole turns to within half a turn of zero.
     pub fn reduced(self) -> f64 {
         let (turn, rest) = nearest_turn([self.0, self.1], 1.0);
         (self.0 - turn) + (self.1 - rest)
     }
 }
 
-/// Largest argument for which the series is summed as it is.
-const SHORT: f64 = 1.0;
-/// Terms of the series that ends within `1e-33` there.
-const TERMS: u32 = 30;
+/// The largest argument at which the series is summed as it is; of a larger one the argument is halved. [exact]
+const EXPONENTIAL_SERIES_RANGE: f64 = 1.0;
+/// The number of terms with which the series is within `1e-33` up to that argument, the rounding of twice the precision. [exact]
+const EXPONENTIAL_SERIES_TERMS: u32 = 30;
 
 /// `(e^x - 1)/x = sum_k x^k/(k + 1)!`; of a large x by that of its half, `p(2 y) = p(y) (1 + y p(y)/2)`.
 pub(crate) fn mean_exponential(x: Twice) -> Twice {
-    if x.0.abs() > SHORT && x.0.is_finite() {
+    if x.0.abs() > EXPONENTIAL_SERIES_RANGE && x.0.is_finite() {
         let half = Twice(0.5 * x.0, 0.5 * x.1);
         let p = mean_exponential(half);
         let grown = Twice::of(1.0).plus(half.times(p).times(Twice::of(0.5)));
         return p.times(grown);
     }
     let one = Twice::of(1.0);
-    (2..TERMS)
+    (2..EXPONENTIAL_SERIES_TERMS)
         .rev()
         .fold(one, |sum, k| one.plus(sum.times(x).over(k)))
 }

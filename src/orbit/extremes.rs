@@ -7,12 +7,10 @@ use crate::model::{Contact, Moment, Scene, contacts};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::path::Path;
-use crate::tolerance::{SAME_EXTREME, TOUCHED};
+use crate::tolerance::{FIRST_BRACKET_PART, SAME_EXTREME, TOUCHED};
 
-/// Steps on one extreme inside its bracket.
-const MOST_STEPS: usize = 80;
-/// A turn near a place is bracketed from so small a part of the flight on, in doublings.
-const NEAR: f64 = 1e-9;
+/// Steps on one extreme inside its bracket. [work]
+const MOST_EXTREME_STEPS: usize = 80;
 
 /// A place on an orbit: so far along a flight, in parts of its span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,13 +40,13 @@ pub(crate) struct Extremes {
 }
 
 /// A quantity and its rate.
-type Looked = [f64; 2];
+type ValueAndRate = [f64; 2];
 
 /// The samples of a flight: how far along it, and every quantity there.
-struct Sampled {
+struct FlightSamples {
     flight: usize,
     local: Vec<f64>,
-    looked: Vec<Vec<Looked>>,
+    values: Vec<Vec<ValueAndRate>>,
 }
 
 /// A maximum of a quantity: its value, where it is, and whether that is between two instants.
@@ -58,7 +56,7 @@ struct Maximum {
     is_between: bool,
 }
 
-/// What is looked at: one period of an orbit, in the scene of its phase.
+/// The motion whose extremes are sought: one period of an orbit, in the scene of its phase.
 pub(crate) struct Along<'a> {
     pub scene: &'a Scene,
     pub path: &'a Path,
@@ -69,21 +67,21 @@ pub(crate) struct Along<'a> {
 impl Extremes {
     pub fn new(along: &Along<'_>) -> Result<Self> {
         let contacts = contacts(along.scene);
-        let looks = Looks {
+        let quantities = OrbitQuantities {
             along,
             contacts: &contacts,
         };
-        let sampled = looks.sampled()?;
+        let sampled = quantities.sampled()?;
         let n = along.scene.n_dof();
         let mut displacements = Vec::with_capacity(n);
         for i in 0..n {
-            let (up, size) = looks.maxima(&sampled, i, 1.0)?;
-            let (down, _) = looks.maxima(&sampled, i, -1.0)?;
+            let (up, size) = quantities.maxima(&sampled, i, 1.0)?;
+            let (down, _) = quantities.maxima(&sampled, i, -1.0)?;
             displacements.push(largest(up.into_iter().chain(down), SAME_EXTREME * size));
         }
         let (mut gaps, mut touched) = (Vec::with_capacity(contacts.len()), None);
         for stop in 0..contacts.len() {
-            let (maxima, size) = looks.maxima(&sampled, n + stop, -1.0)?;
+            let (maxima, size) = quantities.maxima(&sampled, n + stop, -1.0)?;
             let is_met = along.is_met(stop);
             let margin = TOUCHED * size;
             let own = maxima.into_iter().filter(|one| {
@@ -116,17 +114,17 @@ impl Along<'_> {
     /// The gap of a stop where it turns from closing to opening next to a place on a flight; none where it does not turn there.
     pub fn least_gap_near(&self, stop: usize, (flight, part): (usize, f64)) -> Result<Option<f64>> {
         let contacts = contacts(self.scene);
-        let looks = Looks {
+        let quantities = OrbitQuantities {
             along: self,
             contacts: &contacts,
         };
         let own = &self.flights[flight];
         let quantity = self.scene.n_dof() + stop;
-        let at = |local: f64| Ok(looks.at(flight, local, quantity)?.map(|x| -x));
+        let at = |local: f64| Ok(quantities.at(flight, local, quantity)?.map(|x| -x));
         // From the place back to where it closes, and on to where it opens.
         let place = part * own.span;
         let end = |way: f64| -> Result<Option<(f64, f64)>> {
-            let (mut local, mut reach) = (place, NEAR * own.span);
+            let (mut local, mut reach) = (place, FIRST_BRACKET_PART * own.span);
             loop {
                 let rate = at(local)?[1];
                 if rate * way < 0.0 {
@@ -166,15 +164,15 @@ fn largest(maxima: impl Iterator<Item = Maximum>, tolerance: f64) -> Extreme {
     }
 }
 
-/// Looks at an orbit.
-struct Looks<'a> {
+/// The coordinates of an orbit and the gaps of its stops, anywhere on its flights.
+struct OrbitQuantities<'a> {
     along: &'a Along<'a>,
     contacts: &'a [Contact],
 }
 
-impl Looks<'_> {
-    /// A coordinate, or behind these the gap of a stop, and its rate so far along a flight.
-    fn at(&self, flight: usize, local: f64, quantity: usize) -> Result<Looked> {
+impl OrbitQuantities<'_> {
+    /// A coordinate, or after these the gap of a stop, and its rate so far along a flight.
+    fn at(&self, flight: usize, local: f64, quantity: usize) -> Result<ValueAndRate> {
         let path = self.along.path;
         let at = path.point_along(flight, local);
         let (q, v) = path.state_in(at.arc, at.local);
@@ -182,7 +180,12 @@ impl Looks<'_> {
         self.of_state(time, (q.as_slice(), v.as_slice()), quantity)
     }
 
-    fn of_state(&self, time: f64, (q, v): (&[f64], &[f64]), quantity: usize) -> Result<Looked> {
+    fn of_state(
+        &self,
+        time: f64,
+        (q, v): (&[f64], &[f64]),
+        quantity: usize,
+    ) -> Result<ValueAndRate> {
         let Some(stop) = quantity.checked_sub(q.len()) else {
             return Ok([q[quantity], v[quantity]]);
         };
@@ -193,10 +196,10 @@ impl Looks<'_> {
     }
 
     /// All quantities at the points at which the motion is drawn; what is left of impacts that accumulate is no flight.
-    fn sampled(&self) -> Result<Vec<Sampled>> {
+    fn sampled(&self) -> Result<Vec<FlightSamples>> {
         let (path, flights) = (self.along.path, self.along.flights);
         let count = self.along.scene.n_dof() + self.contacts.len();
-        let mut sampled: Vec<Sampled> = Vec::with_capacity(flights.len());
+        let mut sampled: Vec<FlightSamples> = Vec::with_capacity(flights.len());
         for point in path.points()? {
             let segments = &path.parts.segments;
             let flight = segments.partition_point(|own| own.first <= point.arc) - 1;
@@ -205,10 +208,10 @@ impl Looks<'_> {
                 continue;
             };
             if sampled.last().is_none_or(|last| last.flight != flight) {
-                sampled.push(Sampled {
+                sampled.push(FlightSamples {
                     flight,
                     local: Vec::new(),
-                    looked: Vec::new(),
+                    values: Vec::new(),
                 });
             }
             let (q, v) = path.state_in(point.arc, point.local);
@@ -216,7 +219,7 @@ impl Looks<'_> {
             if let Some(last) = sampled.last_mut() {
                 last.local
                     .push((point.time - own.start).clamp(0.0, own.span));
-                last.looked.push((0..count).map(of).collect::<Result<_>>()?);
+                last.values.push((0..count).map(of).collect::<Result<_>>()?);
             }
         }
         Ok(sampled)
@@ -225,12 +228,12 @@ impl Looks<'_> {
     /// The maxima of a quantity times a sign that may be the largest, those of a gap that may be a touch too, and the size of the quantity.
     fn maxima(
         &self,
-        sampled: &[Sampled],
+        sampled: &[FlightSamples],
         quantity: usize,
         sign: f64,
     ) -> Result<(Vec<Maximum>, f64)> {
-        let all = sampled.iter().flat_map(|own| &own.looked);
-        let values = all.map(|looked| looked[quantity][0]);
+        let all = sampled.iter().flat_map(|own| &own.values);
+        let values = all.map(|values| values[quantity][0]);
         let (most, size) = values.fold((f64::NEG_INFINITY, 0.0f64), |(most, size), x| {
             (most.max(sign * x), size.max(x.abs()))
         });
@@ -239,10 +242,10 @@ impl Looks<'_> {
         let bar = most - SAME_EXTREME * size;
         let bar = stop.map_or(bar, |_| bar.min(-touch));
         let mut maxima = Vec::new();
-        for Sampled {
+        for FlightSamples {
             flight,
             local,
-            looked,
+            values,
         } in sampled
         {
             let own = &self.along.flights[*flight];
@@ -262,7 +265,7 @@ impl Looks<'_> {
                     is_between,
                 });
             };
-            let signed = |k: usize| looked[k][quantity].map(|x| sign * x);
+            let signed = |k: usize| values[k][quantity].map(|x| sign * x);
             keep(signed(0)[0], 0.0, false);
             if stop.is_some_and(|stop| own.mode.stops.contains(&stop)) {
                 continue;
@@ -287,12 +290,12 @@ impl Looks<'_> {
 /// Where a rate that is positive at the first of two times and negative at the second is zero, and the value there: the method of the
 /// false position in its Illinois form.
 fn turn(
-    at: impl Fn(f64) -> Result<Looked>,
+    at: impl Fn(f64) -> Result<ValueAndRate>,
     mut ends: [f64; 2],
     mut rates: [f64; 2],
 ) -> Result<(f64, f64)> {
     let mut last = None;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_EXTREME_STEPS {
         let middle = (ends[0] * rates[1] - ends[1] * rates[0]) / (rates[1] - rates[0]);
         let [value, rate] = at(middle)?;
         let side = usize::from(rate < 0.0);

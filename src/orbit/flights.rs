@@ -14,7 +14,7 @@ pub(crate) struct Flight {
     pub after: ModalState,
     /// The state at its end, before the impacts there.
     pub before_next: ModalState,
-    /// What it is.
+    /// Whether it is free, in lasting contact, or the completion of accumulating impacts.
     pub mode: ContactMode,
 }
 
@@ -26,13 +26,13 @@ impl Flight {
     }
 }
 
-/// What makes an orbit: the parts that a solver found.
+/// The parts of an orbit that a solver found.
 pub(crate) struct OrbitData {
     pub pattern: Pattern,
     pub n_periods: usize,
     pub phase: f64,
     pub flights: Vec<Flight>,
-    /// The impulses, instant by instant, in the order of the pattern.
+    /// The impulses, instant by instant, in the order of the pattern, shape (impacts,), [N s].
     pub impulses: Vec<f64>,
     /// The clearances that stops must have for it, where they were not given, in the order of the pattern.
     pub clearances: Vec<(usize, f64)>,

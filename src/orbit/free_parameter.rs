@@ -10,9 +10,10 @@ use crate::orbit::orbits::{Orbits, Verdict, sorted};
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::value_roots::{Roots, roots};
+use crate::tolerance::SOLVABLE;
 
-/// Undecided stretches that a reason names.
-const MOST_SHOWN: usize = 5;
+/// Undecided stretches that a reason names. [work]
+const MOST_STRETCHES_SHOWN: usize = 5;
 
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
 pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer<'_>) -> Result<Orbits> {
@@ -22,7 +23,7 @@ pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer<'_>) -
     let scale = u[0].hypot(u[1]);
     let between = problem.options.between;
     let inside = between.is_none_or(|(low, high)| (low..=high).contains(&scale));
-    if set.residual > 1e-11 || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
+    if set.residual > SOLVABLE || set.null_space.ncols() > 0 || scale == 0.0 || !inside {
         return Ok(Orbits::none(
             "no factor on the forcing lets the stops be hit together",
         ));
@@ -118,9 +119,9 @@ fn described(solutions: usize, apart: usize, (low, high): (f64, f64), found: &Ro
         text.push_str(&format!("; at {apart} more the motion does not repeat"));
     }
     if !found.undecided.is_empty() {
-        let shown = found.undecided.iter().take(MOST_SHOWN);
+        let shown = found.undecided.iter().take(MOST_STRETCHES_SHOWN);
         let places: Vec<String> = shown.map(|(a, b)| format!("[{a}, {b}]")).collect();
-        let more = found.undecided.len().saturating_sub(MOST_SHOWN);
+        let more = found.undecided.len().saturating_sub(MOST_STRETCHES_SHOWN);
         text.push_str(&format!("; undecided: {}", places.join(", ")));
         if more > 0 {
             text.push_str(&format!(" and {more} more stretches"));

@@ -40,7 +40,7 @@ impl PeriodicOrbit {
             orbit(&state, &shooting.flight_ends(&state, &units)?)
         })?;
         // Along the whole motion, not in a few states alone.
-        match image.missed([units.position, units.velocity])? {
+        match image.closure_defect([units.position, units.velocity])? {
             None => Ok(image),
             Some(_) => Err(refused()),
         }

@@ -19,11 +19,11 @@ use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
 use crate::orbit::pattern::Pattern;
-use crate::orbit::stability::monodromy::{Flown, monodromy};
+use crate::orbit::stability::monodromy::{MonodromyFlight, monodromy};
 use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
-use crate::orbit::verdict::another_route::missed;
-use crate::orbit::verdict::closing::Carrier;
+use crate::orbit::verdict::another_route::closure_defect;
+use crate::orbit::verdict::closing::FlightPropagator;
 use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::orbit::verdict::judge::Judge;
 use crate::path::{Evaluator, Path, PathParts};
@@ -178,12 +178,12 @@ impl OrbitMotion {
         let Self::Modal { modal, .. } = self else {
             return None;
         };
-        with_flow!(&*modal.flow(), f => Carrier::new(modal, f).lost(pattern, phase, flights))
+        with_flow!(&*modal.flow(), f => FlightPropagator::new(modal, f).lost(pattern, phase, flights))
     }
 
     /// By how much the motion misses its own ends by another route than the one that made it: free flights of a linear scene along the flow
     /// that simulations use, flights with stops held in two parts, integrated ones in the steps in which the orbit is kept.
-    pub fn missed(
+    pub fn closure_defect(
         &self,
         (pattern, phase): (&Pattern, f64),
         flights: &[Flight],
@@ -196,15 +196,15 @@ impl OrbitMotion {
                     let end = pieces[k].1.end().map(|(_, x)| DVector::from_vec(x));
                     Ok(end.unwrap_or_else(|| unpaired(&flights[k].after)))
                 };
-                return missed(&**motion, along, unpaired, least, end);
+                return closure_defect(&**motion, along, unpaired, least, end);
             }
             Self::Modal { modal, held } => (modal, held),
         };
         let maps = ClosedFormMaps::new(modal, phase, held.clone());
         let state = |pairs: &ModalState| modal.form.state_of(pairs);
         with_flow!(&*modal.flow(), f => {
-            let mut carrier = Carrier::new(modal, f);
-            missed(&maps, along, state, least, |k| {
+            let mut carrier = FlightPropagator::new(modal, f);
+            closure_defect(&maps, along, state, least, |k| {
                 let flight = &flights[k];
                 if flight.mode.kind == SegmentKind::Flight {
                     return Ok(state(carrier.end(phase, flight)));
@@ -320,7 +320,7 @@ fn has_lasting_contact(flights: &[Flight]) -> bool {
         .any(|flight| flight.mode != ContactMode::FREE)
 }
 
-/// Of each instant the stops that were not held before it.
+/// The stops of each instant that were not held before it.
 fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
     let starts = struck(flights.iter().map(|flight| &flight.mode));
     let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
@@ -356,9 +356,9 @@ fn over_flights<M: HybridMaps>(
     if let Some(refused) = refused(&new, found, is_coupled) {
         return Ok(refused);
     }
-    let flown: Vec<Flown<'_>> = flights
+    let arcs: Vec<MonodromyFlight<'_>> = flights
         .iter()
-        .map(|f| Flown {
+        .map(|f| MonodromyFlight {
             start: f.start,
             end: f.start + f.span,
             state: state(&f.after),
@@ -367,6 +367,6 @@ fn over_flights<M: HybridMaps>(
         .collect();
     over_orders(&new, |order| {
         observer.ask()?;
-        monodromy(motion, pattern.instants(), order, &flown)
+        monodromy(motion, pattern.instants(), order, &arcs)
     })
 }

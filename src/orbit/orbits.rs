@@ -9,12 +9,9 @@ use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
 use crate::orbit::verdict::admissibility::Ruling;
+use crate::tolerance::MOST_DOF_SORTED_BY_STABILITY;
 use nalgebra::DMatrix;
 use std::sync::Arc;
-
-/// Systems of more degrees of freedom are listed by admissibility alone: their multipliers cost O(n^3) and are computed
-/// only when asked for.
-const SORT_BY_STABILITY_UP_TO: usize = 60;
 
 /// The verdict on a periodic problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +27,7 @@ pub enum Verdict {
 /// The directions of a family of orbits.
 #[derive(Debug, Clone)]
 pub struct Family {
-    /// Directions of the contact state (q, v) in which the orbit may be changed, shape `(2n, dimension)`.
+    /// Directions of the contact state (q, v) in which the orbit may be changed, shape `(2n, dimension)`, [m, m/s].
     pub basis: DMatrix<f64>,
 }
 
@@ -179,7 +176,8 @@ pub(crate) fn ranking(
     mut is_stable: impl FnMut(usize) -> Result<bool>,
 ) -> Result<Vec<usize>> {
     let is_admissible = |ruling: &&Ruling| **ruling == Ruling::Admissible;
-    let asks = n_dof <= SORT_BY_STABILITY_UP_TO && rulings.iter().filter(is_admissible).count() > 1;
+    let asks =
+        n_dof <= MOST_DOF_SORTED_BY_STABILITY && rulings.iter().filter(is_admissible).count() > 1;
     let mut keys = Vec::with_capacity(rulings.len());
     for (i, ruling) in rulings.iter().enumerate() {
         keys.push(match *ruling {

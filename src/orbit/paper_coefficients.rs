@@ -10,13 +10,13 @@ use nalgebra::{Complex, DVector};
 /// Overdamped modes have cosh and sinh of `sqrt(eta^2 - w_j^2) t` in place of cos and sin, critical ones 1 and t.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coefficients {
-    /// Cosine amplitudes of the free motion, shape `(n,)`.
+    /// Cosine amplitudes of the free motion, shape `(n,)`, \[m\].
     pub a: DVector<f64>,
-    /// Sine amplitudes of the free motion, shape `(n,)`.
+    /// Sine amplitudes of the free motion, shape `(n,)`, \[m\]; of a critical mode its slope [m/s].
     pub b: DVector<f64>,
-    /// Sine amplitudes of the steady response, shape `(n,)`.
+    /// Sine amplitudes of the steady response, shape `(n,)`, \[m\].
     pub sine: DVector<f64>,
-    /// Cosine amplitudes of the steady response, shape `(n,)`.
+    /// Cosine amplitudes of the steady response, shape `(n,)`, \[m\].
     pub cosine: DVector<f64>,
 }
 

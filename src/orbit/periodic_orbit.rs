@@ -14,7 +14,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Ruling, Touch, Violation};
-use crate::path::{Energy, Impulses, Located, Path, Point, Segment, Stretch, energy_along};
+use crate::path::{Energy, Impulses, Located, Path, PathPoint, Segment, Stretch, energy_along};
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
@@ -65,7 +65,7 @@ impl PeriodicOrbit {
             return Err(outgrown());
         }
         let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
-        let rounds = scene.has_moving_stops() || matches!(scene.forcing(), Forcing::Several(_));
+        let rounds = scene.has_stop_motion() || matches!(scene.forcing(), Forcing::Several(_));
         Ok(Self {
             unturned: rounds.then(|| Box::new(scene.clone())),
             scene: match scene.frequency() {
@@ -130,9 +130,9 @@ impl PeriodicOrbit {
 
     /// By how much the motion misses its own ends by another route than the one that made it, in parts of its size or of some units of
     /// positions and velocities, where that is more than rounding explains.
-    pub(crate) fn missed(&self, least: [f64; 2]) -> Result<Option<f64>> {
+    pub(crate) fn closure_defect(&self, least: [f64; 2]) -> Result<Option<f64>> {
         let from = (&self.pattern, self.phase);
-        self.motion.missed(from, &self.flights, least)
+        self.motion.closure_defect(from, &self.flights, least)
     }
 
     /// Its flights.
@@ -188,10 +188,10 @@ impl PeriodicOrbit {
     /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
     pub fn state(&self, t: f64, before_impact: bool) -> PhysicalState {
         match self.place(t, before_impact) {
-            Place::End(k) => self.motion.physical(&self.flights[k].before_next),
-            Place::Start(k) => self.motion.physical(&self.flights[k].after),
-            Place::Within(k, local) => {
-                let Point { arc, local, .. } = self.path().point_along(k, local);
+            FlightPosition::End(k) => self.motion.physical(&self.flights[k].before_next),
+            FlightPosition::Start(k) => self.motion.physical(&self.flights[k].after),
+            FlightPosition::Within(k, local) => {
+                let PathPoint { arc, local, .. } = self.path().point_along(k, local);
                 self.path().state_in(arc, local)
             }
         }
@@ -201,9 +201,9 @@ impl PeriodicOrbit {
     pub(super) fn locate(&self, t: f64, before_impact: bool) -> Located {
         let path = self.path();
         let point = match self.place(t, before_impact) {
-            Place::End(k) => path.end_of(path.parts.arcs_of(k).end - 1, t),
-            Place::Start(k) => path.point_along(k, 0.0),
-            Place::Within(k, local) => path.point_along(k, local),
+            FlightPosition::End(k) => path.end_of(path.parts.arcs_of(k).end - 1, t),
+            FlightPosition::Start(k) => path.point_along(k, 0.0),
+            FlightPosition::Within(k, local) => path.point_along(k, local),
         };
         let state = self.state(t, before_impact);
         Located { point, state }
@@ -213,14 +213,16 @@ impl PeriodicOrbit {
     pub(super) fn periods_and_rest(&self, t: f64) -> (f64, f64) {
         let turns = (t / self.period).floor();
         match self.place(t, false) {
-            Place::Start(0) => ((t / self.period).round(), 0.0),
-            Place::Start(k) => (turns, self.flights[k].start),
-            Place::End(_) | Place::Within(..) => (turns, t.rem_euclid(self.period)),
+            FlightPosition::Start(0) => ((t / self.period).round(), 0.0),
+            FlightPosition::Start(k) => (turns, self.flights[k].start),
+            FlightPosition::End(_) | FlightPosition::Within(..) => {
+                (turns, t.rem_euclid(self.period))
+            }
         }
     }
 
     /// Where on the flights a time is.
-    fn place(&self, t: f64, before_impact: bool) -> Place {
+    fn place(&self, t: f64, before_impact: bool) -> FlightPosition {
         let mut local = t.rem_euclid(self.period);
         if local >= self.period {
             local = 0.0;
@@ -234,9 +236,9 @@ impl PeriodicOrbit {
                 let next = (k + 1) % self.flights.len();
                 if at_impact(end) || (next == 0 && at_impact(0.0)) {
                     return if before_impact {
-                        Place::End(k)
+                        FlightPosition::End(k)
                     } else {
-                        Place::Start(next)
+                        FlightPosition::Start(next)
                     };
                 }
             }
@@ -246,7 +248,7 @@ impl PeriodicOrbit {
             .iter()
             .rposition(|f| f.start <= local)
             .unwrap_or(0);
-        Place::Within(k, local - self.flights[k].start)
+        FlightPosition::Within(k, local - self.flights[k].start)
     }
 
     /// One period as a path.
@@ -438,7 +440,7 @@ impl PeriodicOrbit {
 }
 
 /// Where on the flights of an orbit a time is.
-enum Place {
+enum FlightPosition {
     /// At the end of one, before the impacts there.
     End(usize),
     /// At the start of one.

@@ -5,6 +5,7 @@ use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::pattern::Pattern;
+use crate::tolerance::MOST_TURNS_IN_PERIOD;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -131,10 +132,6 @@ fn shown(range: Option<(f64, f64)>) -> String {
     )
 }
 
-/// Turns of the fastest mode in a period beyond which its phase is lost: a phase of so many turns is known to three digits
-/// of a radian, and a flight that long is not searched in a day.
-const MOST_TURNS: f64 = 1e12;
-
 /// The refusal of a motion that doubles do not hold.
 pub(crate) fn outgrown() -> Error {
     let rule = "its motion grows beyond the largest number within a period";
@@ -144,7 +141,7 @@ pub(crate) fn outgrown() -> Error {
 /// The period of an orbit of so many forcing periods.
 ///
 /// # Errors
-/// `Error::BadValue` where it holds more than `MOST_TURNS` turns of the forcing or of the fastest mode, or the free motion
+/// `Error::BadValue` where it holds more than `MOST_TURNS_IN_PERIOD` turns of the forcing or of the fastest mode, or the free motion
 /// outgrows the doubles in it.
 pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
     let period = TAU * n_periods as f64 / modal.frequency;
@@ -155,18 +152,18 @@ pub(crate) fn period(modal: &ModalScene, n_periods: usize) -> Result<f64> {
     Ok(period)
 }
 
-/// Refuses a period of more than `MOST_TURNS` turns of the forcing or of the fastest mode, in a file too.
+/// Refuses a period of more than `MOST_TURNS_IN_PERIOD` turns of the forcing or of the fastest mode, in a file too.
 ///
 /// # Errors
 /// `Error::BadValue` with the rate.
 pub(crate) fn check_turns(modal: &ModalScene, period: f64) -> Result<()> {
     let fastest = modal.form.fastest_rate().max(modal.frequency);
-    let is_known = fastest * period <= TAU * MOST_TURNS;
+    let is_known = fastest * period <= TAU * MOST_TURNS_IN_PERIOD;
     if is_known {
         return Ok(());
     }
     let rule = format!(
-        "it must hold no more than {MOST_TURNS:e} turns of the fastest mode, of rate {}: beyond them double precision has no \
+        "it must hold no more than {MOST_TURNS_IN_PERIOD:e} turns of the fastest mode, of rate {}: beyond them double precision has no \
          digits left for its phase",
         digits(fastest)
     );

@@ -4,23 +4,20 @@
 use crate::hybrid::ScaledUnits;
 use crate::orbit::pulse_kernel::Kernel;
 use crate::orbit::pulses::{PulseTrain, Pulses};
-use crate::tolerance::MARGINAL;
+use crate::tolerance::{
+    LONGEST_WINDING_STEP, MARGINAL, SHORTEST_WINDING_STEP, WINDING_STEP_PART, WINDING_TURN,
+};
 use nalgebra::Complex;
 use std::f64::consts::PI;
 
-/// The circle next to which modes matter.
-const RADIUS: f64 = 1.0 + MARGINAL;
-/// From one point of the circle to the next the determinant turns by less than this, and the way is no longer than this part of the distance
-/// to the next multiplier of a mode.
-const TURN: f64 = 1.0;
-const NEAR: f64 = 0.5;
-/// Angles between points.
-const LONGEST: f64 = 0.3;
-const SHORTEST: f64 = 1e-10;
-/// Points of half the circle.
-const MOST_POINTS: usize = 20_000;
+/// The circle next to which modes matter, outside the unit circle by what decides nothing. [exact]
+const MARGINAL_RADIUS: f64 = 1.0 + MARGINAL;
+/// Points of half the circle at which the determinant is evaluated while multipliers are counted. [work]
+const MOST_WINDING_POINTS: usize = 20_000;
+/// Points of half the circle between which a multiplier on it is sought. [work]
 const CIRCLE_POINTS: i32 = 400;
-const MOST_SECANTS: usize = 30;
+/// Secant steps towards one multiplier. [work]
+const MOST_MULTIPLIER_SECANTS: usize = 30;
 
 impl Pulses {
     /// How many multipliers lie outside the unit circle by more than a margin; `None` where the determinant is too near to zero there, or turns
@@ -42,22 +39,24 @@ impl Pulses {
         let (mut value, mut near) = at(angle);
         let mut points = 0;
         while angle < PI {
-            let mut step = (NEAR * near).min(LONGEST).min(PI - angle);
+            let mut step = (WINDING_STEP_PART * near)
+                .min(LONGEST_WINDING_STEP)
+                .min(PI - angle);
             loop {
                 points += 1;
                 let (next, there) = at(angle + step);
                 let turn = (next / value).arg();
-                if turn.abs() < TURN {
+                if turn.abs() < WINDING_TURN {
                     (angle, value, near) = (angle + step, next, there);
                     turned += turn;
                     break;
                 }
                 step *= 0.5;
-                if !(step > SHORTEST && points < MOST_POINTS) {
+                if !(step > SHORTEST_WINDING_STEP && points < MOST_WINDING_POINTS) {
                     return None;
                 }
             }
-            if PI - angle < SHORTEST {
+            if PI - angle < SHORTEST_WINDING_STEP {
                 break;
             }
         }
@@ -87,7 +86,7 @@ impl Pulses {
             let mut last = Complex::from_polar(1.0, angle(k));
             let mut found = last * Complex::from_polar(1.0, 1e-3);
             let mut before = at(last);
-            for _ in 0..MOST_SECANTS {
+            for _ in 0..MOST_MULTIPLIER_SECANTS {
                 let here = at(found);
                 let step = here * (found - last) / (here - before);
                 if !step.norm().is_finite() || step.norm() <= f64::EPSILON {
@@ -101,13 +100,13 @@ impl Pulses {
         found.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// What the circle is searched by: the equations of deviations, and the multipliers of modes that are near it, of a pair of conjugate ones
-    /// the upper; those farther inside are never the nearest that matters.
+    /// The equations of deviations, and the multipliers of the modes near the circle, the upper one of each conjugate pair; those farther
+    /// inside are never the nearest that matters.
     fn near_circle(&self, train: &PulseTrain) -> (Kernel, Vec<Complex<f64>>) {
         let kernel = Kernel::new(self, train, &self.before(train));
-        let farthest = RADIUS - LONGEST / NEAR;
+        let farthest = MARGINAL_RADIUS - LONGEST_WINDING_STEP / WINDING_STEP_PART;
         let each = self.modal_multipliers().iter().flatten().copied();
-        // Of the roots of a pair either may turn to the upper half.
+        // Either root of a pair may turn to the upper half.
         let near = each.filter(|mode| mode.im >= 0.0 && mode.norm() > farthest);
         (kernel, near.collect())
     }
@@ -182,7 +181,7 @@ mod tests {
                         let off = (ratio(mu) / first - 1.0).norm();
                         assert!(off < 1e-8, "{n} {mu}: {off:e}");
                     }
-                    let outside = own.iter().filter(|mu| mu.norm() > RADIUS).count();
+                    let outside = own.iter().filter(|mu| mu.norm() > MARGINAL_RADIUS).count();
                     assert_eq!(
                         pulses.n_outside(&train, &units, MARGINAL),
                         Some(outside),

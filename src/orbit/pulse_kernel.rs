@@ -1,16 +1,19 @@
-//! The equations of closed motions by their impulses, linearised: what the stops of impacts see of impulses that change, and come back multiplied by
-//! any number (theory 19, "Many modes").
+//! The linearised equations of closed motions in their impulses: the response of gaps and speeds at the impacts to changes of the impulses
+//! and of their times, where deviations come back multiplied by any number after a period (theory 19, "Many modes").
 
 use crate::flow::along;
 use crate::hybrid::ScaledUnits;
 use crate::linalg::plane::{Pair, times};
 use crate::modal::ModalState;
 use crate::orbit::pulses::{Hit, PulseTrain, Pulses};
+use crate::tolerance::{QUIET_MODE, QUIET_POWERS};
 use nalgebra::{ComplexField, DMatrix, DVector};
 
 /// The equations of a train linearised: `rows xi = right`, impulses before times.
 pub(crate) struct LinearisedPulses {
+    /// Derivatives of the gaps and of the restitution laws of k impacts by impulses and times, shape (2k, 2k), [-] in `ScaledUnits`.
     pub rows: DMatrix<f64>,
+    /// The residuals with the opposite sign, gaps before restitution laws, shape (2k,), [-] in `ScaledUnits`.
     pub right: DVector<f64>,
     pub mismatch: f64,
 }
@@ -36,23 +39,19 @@ impl Pulses {
     }
 }
 
-/// What the stops of impacts see of impulses, for deviations that come back multiplied by any number.
+/// The response of gaps and speeds at the impacts to impulses, for deviations that come back multiplied by any number.
 pub(crate) struct Kernel {
-    /// The modes of which something is left after a period.
+    /// The modes of which more than `QUIET_MODE` is left after a period.
     loud: Vec<usize>,
-    /// `n.q` and `n.v` at impact i of what is there behind impact j, of these modes; at i count + j.
+    /// `n.q` and `n.v` at impact i of a state right after impact j, by these modes; number i count + j.
     rows: Vec<Vec<[Pair; 2]>>,
-    /// What an impulse is behind impact j, and what it is less when it comes later, of these modes.
+    /// The state right after impact j of an impulse there, and of the loss where it comes later, by these modes.
     sources: Vec<Vec<[Pair; 2]>>,
-    /// What is seen of all others, for each power of a deviation's number in which it comes in.
-    quiet: Vec<[[Pair; 2]; POWERS]>,
+    /// The response of all other modes, for each power of the multiplier.
+    quiet: Vec<[[Pair; 2]; QUIET_POWERS]>,
     /// The rates of `n.q` and `n.v` less the stop's own before impact i.
     rates: Vec<Pair>,
 }
-
-/// Modes of which less than this is left after a period are seen by so many powers of it: to 1e-13.
-const QUIET: f64 = 0.02;
-const POWERS: usize = 8;
 
 impl Kernel {
     pub fn new(pulses: &Pulses, train: &PulseTrain, before: &[ModalState]) -> Self {
@@ -69,7 +68,7 @@ impl Kernel {
         let sources: Vec<Vec<[Pair; 2]>> = sources.collect();
         let is_loud = |b: &usize| {
             let modes = pulses.modal_multipliers()[*b];
-            modes.iter().any(|mode| mode.norm() > QUIET)
+            modes.iter().any(|mode| mode.norm() > QUIET_MODE)
         };
         let (loud, silent): (Vec<usize>, Vec<usize>) =
             (0..pulses.decay.blocks.len()).partition(is_loud);
@@ -85,7 +84,7 @@ impl Kernel {
                 let flights = pulses.flights(&train.times, i, j);
                 let seen = |b: usize| [row(n[b], &flights[b]), row(m[b], &flights[b])];
                 rows.push(loud.iter().map(|&b| seen(b)).collect());
-                let mut sums = [[[0.0; 2]; 2]; POWERS];
+                let mut sums = [[[0.0; 2]; 2]; QUIET_POWERS];
                 for &b in &silent {
                     let rows = seen(b);
                     let mut left = sources[b];
@@ -127,7 +126,7 @@ impl Kernel {
         let mut all = DMatrix::<T>::zeros(2 * count, 2 * count);
         let off = multiplier.clone() - T::one();
         for j in 0..count {
-            // What is left of one impulse, and of one that comes later.
+            // The response to one impulse, and to its delay.
             let seen_of_quiet = |i: usize| {
                 // 1/mu + e^{AT}/mu^2 + ...
                 [0, 1].map(|c| {

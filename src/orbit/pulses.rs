@@ -13,12 +13,10 @@ use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::tolerance::DECAYING_MODE;
 use nalgebra::{Complex, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
-
-/// A mode of which more than this is left after a period does not decay: near the circle its pulses have no end in sight.
-const DECAYS: f64 = 1.0 - 1e-6;
 
 /// One impact of a period.
 pub(super) struct Hit {
@@ -28,7 +26,8 @@ pub(super) struct Hit {
     /// `n.b`, and the largest part of n.
     weight: f64,
     pub size: f64,
-    /// What an impulse takes from the state that changes the speed along the stop by one, in parts of the largest part of n.
+    /// The change of the modal state by an impulse that changes the speed along the stop by one, with the opposite sign, in parts of the
+    /// largest component of n.
     pub jump: Vec<Pair>,
 }
 
@@ -39,12 +38,12 @@ pub(crate) struct Pulses {
     period: f64,
     pub(super) hits: Vec<Hit>,
     pub(super) decay: Arc<Decay>,
-    /// Of each force that turns its steady response, and that to the load.
+    /// The steady response to each harmonic of the forcing; then that to the load.
     steady: Vec<Vec<Response>>,
     rest: Vec<Pair>,
 }
 
-/// What a period leaves of modes, which scenes share whose system and period are the same.
+/// The propagators of decaying modes over a period, shared by scenes of one system and one period.
 pub(super) struct Decay {
     pub blocks: Vec<Block>,
     /// The multipliers of each mode.
@@ -66,7 +65,7 @@ impl Decay {
         let multipliers: Vec<Response> = multipliers.collect();
         let mut each = multipliers.iter().flatten();
         let each_of = |of: &dyn Fn(&Block) -> [Pair; 2]| blocks.iter().map(of).collect();
-        each.all(|mode| mode.norm() < DECAYS).then(|| Self {
+        each.all(|mode| mode.norm() < DECAYING_MODE).then(|| Self {
             multipliers,
             once: each_of(&|block| block.propagator(period)),
             one_minus: each_of(&|block| block.one_minus_propagator(period)),
@@ -78,7 +77,9 @@ impl Decay {
 /// The times of impulses, and by how much each changes the speed along its stop, in parts of the largest part of n.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PulseTrain {
+    /// Times of the k impulses, shape (k,), [s].
     pub times: Vec<f64>,
+    /// Changes of the speeds along the stops, in parts of the largest component of each normal, shape (k,), [m/s].
     pub changes: Vec<f64>,
 }
 
@@ -96,7 +97,7 @@ impl Pulses {
         }
         let contacts = contacts(scene);
         let mut hits = Vec::with_capacity(stages.len());
-        // Of a motion that hits nothing there are none.
+        // A motion without impacts has none.
         let is_empty =
             matches!(stages, [only] if only.event == Event::Nothing && only.held.is_empty());
         for stage in stages.iter().filter(|_| !is_empty) {
@@ -155,8 +156,8 @@ impl Pulses {
         &self.decay.multipliers
     }
 
-    /// What deviations of a train that come back multiplied make of the states behind its impacts, each at its moved time: deviations of changes
-    /// of speeds and of times.
+    /// Deviations of the states after the impacts of a train, each at its moved time, where deviations of the changes of speed and of the
+    /// times come back multiplied after a period.
     pub fn deviations(
         &self,
         train: &PulseTrain,
@@ -201,9 +202,9 @@ impl Pulses {
                 }
             }
         }
-        let behind = all.iter().enumerate();
-        behind
-            .map(|(i, state)| self.physical(&self.behind(i, state, by.changes[i])))
+        let after = all.iter().enumerate();
+        after
+            .map(|(i, state)| self.physical(&self.after_impact(i, state, by.changes[i])))
             .collect()
     }
 
@@ -223,7 +224,7 @@ impl Pulses {
         ModalState::from(each.collect::<Vec<_>>())
     }
 
-    /// How long before impact i impact j was last.
+    /// The time since impact j at impact i [s].
     fn since(&self, times: &[f64], i: usize, j: usize) -> f64 {
         let since = times[i] - times[j];
         if j < i { since } else { since + self.period }
@@ -239,7 +240,7 @@ impl Pulses {
         each.map(|block| block.propagator(tau)).collect()
     }
 
-    /// What is left of an impulse on the stop of impact j that is repeated each period, right behind it.
+    /// The response right after an impulse on the stop of impact j that is repeated with the period, mode by mode.
     fn repeated(&self, j: usize) -> impl Iterator<Item = Pair> {
         let jumps = self.hits[j].jump.iter();
         self.decay
@@ -254,10 +255,10 @@ impl Pulses {
         let count = self.len();
         let mut all: Vec<ModalState> = train.times.iter().map(|&t| self.steady_at(t)).collect();
         for j in 0..count {
-            let behind: Vec<Pair> = self.repeated(j).collect();
+            let sources: Vec<Pair> = self.repeated(j).collect();
             for (i, state) in all.iter_mut().enumerate() {
-                let flown = self.flights(&train.times, i, j);
-                for ((z, flight), start) in state.iter_mut().zip(flown.iter()).zip(&behind) {
+                let propagators = self.flights(&train.times, i, j);
+                for ((z, flight), start) in state.iter_mut().zip(propagators.iter()).zip(&sources) {
                     let moved = times(flight, *start).map(|x| -x * train.changes[j]);
                     *z = plus(*z, moved);
                 }
@@ -266,22 +267,23 @@ impl Pulses {
         all
     }
 
-    /// The state behind an impact, from that before it.
-    fn behind(&self, i: usize, before: &ModalState, change: f64) -> ModalState {
+    /// The state after an impact, from that before it.
+    fn after_impact(&self, i: usize, before: &ModalState, change: f64) -> ModalState {
         let each = before.iter().zip(&self.hits[i].jump);
         let moved = each.map(|(z, jump)| plus(*z, jump.map(|x| -x * change)));
         ModalState::from(moved.collect::<Vec<_>>())
     }
 
-    /// The states behind all impacts.
+    /// The states after all impacts.
     pub fn after(&self, train: &PulseTrain) -> Vec<ModalState> {
         let before = self.before(train);
         let each = before.iter().enumerate();
-        each.map(|(i, state)| self.behind(i, state, train.changes[i]))
+        each.map(|(i, state)| self.after_impact(i, state, train.changes[i]))
             .collect()
     }
 
-    /// The train of a motion from the states behind its impacts: what each flight ends with is turned by the next impulse.
+    /// The train of a motion from the states after its impacts: the change at each is the end of the flight before it less the state after
+    /// it.
     pub fn train(&self, instants: &[f64], after: &[DVector<f64>]) -> PulseTrain {
         let count = self.len();
         let after = after.iter().map(|x| self.modal.form.pairs_of(x));
@@ -290,7 +292,7 @@ impl Pulses {
             let last = (i + count - 1) % count;
             let span = self.since(instants, i, last);
             let rows = &self.modal.velocity_rows[self.hits[i].stop];
-            let ends = self.flown(&after[last], instants[i] - span, span);
+            let ends = self.free_flight(&after[last], instants[i] - span, span);
             let changes = ends.iter().zip(&after[i][..]).zip(rows);
             let change =
                 changes.map(|((end, to), n)| n[0] * (end[0] - to[0]) + n[1] * (end[1] - to[1]));
@@ -303,7 +305,7 @@ impl Pulses {
     }
 
     /// A state after a free flight.
-    fn flown(&self, state: &ModalState, start: f64, span: f64) -> ModalState {
+    fn free_flight(&self, state: &ModalState, start: f64, span: f64) -> ModalState {
         let (from, to) = (self.steady_at(start), self.steady_at(start + span));
         let each = self
             .decay
@@ -312,11 +314,11 @@ impl Pulses {
             .zip(&state[..])
             .zip(&from[..])
             .zip(&to[..]);
-        let flown = each.map(|(((block, z), from), to)| {
+        let ends = each.map(|(((block, z), from), to)| {
             let free = [z[0] - from[0], z[1] - from[1]];
             plus(times(&block.propagator(span), free), *to)
         });
-        ModalState::from(flown.collect::<Vec<_>>())
+        ModalState::from(ends.collect::<Vec<_>>())
     }
 
     /// A state in coordinates.
@@ -337,7 +339,7 @@ impl Pulses {
         along(&self.modal.velocity_rows[hit.stop], state) - slope
     }
 
-    /// What a train lacks, negative.
+    /// The residuals of a train with the opposite sign.
     pub fn lacking(&self, train: &PulseTrain, units: &ScaledUnits) -> DVector<f64> {
         self.right(train, &self.before(train), units)
     }
@@ -382,7 +384,7 @@ impl Pulses {
         let mut elapsed = 0.0;
         let flights = (0..count).map(|i| {
             let span = self.since(&train.times, (i + 1) % count, i);
-            let after = self.behind(i, &before[i], train.changes[i]);
+            let after = self.after_impact(i, &before[i], train.changes[i]);
             let own = flight(elapsed, span, after, before[(i + 1) % count].clone());
             elapsed += span;
             own

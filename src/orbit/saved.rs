@@ -23,11 +23,12 @@ pub struct SavedOrbit {
     pub n_periods: usize,
     /// Forcing phase at the first impact.
     pub phase: f64,
-    /// Spans of the flights.
+    /// Spans of the flights, shape `(flights,)`, \[s\].
     pub spans: Vec<f64>,
-    /// Modal states, flattened.
+    /// States after the instant at the start and before the one at the end of each flight, as pairs of position and velocity of each mode,
+    /// shape `(4 n flights,)`, [modal units]; of each coordinate [m, m/s] where the scene has no modes.
     pub states: Vec<f64>,
-    /// Impulses in the order of the pattern.
+    /// Impulses in the order of the pattern, shape `(impacts,)`, [N s].
     pub impulses: Vec<f64>,
     /// What each flight is: its kind, the stops in contact, whether it begins with the next instant of the pattern, the
     /// stop let go at its start. Empty: all of them free, from instant to instant.

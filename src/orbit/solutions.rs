@@ -10,6 +10,7 @@ pub(crate) struct Solutions {
     pub reason: String,
     /// How far the parameters are from the fold at which solutions meet.
     pub margin: Option<f64>,
-    /// Where the solutions are of a family: the directions of the contact state (q, v) in which each may be moved.
+    /// Where the solutions are of a family: the directions of the contact state (q, v) in which each may be moved, shape (2n, dimension), [m,
+    /// m/s].
     pub family: Option<DMatrix<f64>>,
 }

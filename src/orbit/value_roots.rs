@@ -3,25 +3,24 @@
 //! (`isolate.rs`), but it follows the function where it is steep or bends, and says where it could not decide.
 
 use crate::error::Result;
-use crate::tolerance::{SAME_PLACE, VALUE_ROUNDING};
+use crate::tolerance::{SAME_PLACE, SECOND_DIFFERENCE_SAFETY, VALUE_ROUNDING};
 use std::cell::Cell;
 
-/// Cells to begin with.
-const CELLS: usize = 64;
-/// Halvings of a cell.
-const DEEPEST: u32 = 30;
-/// Halvings of a cell in which the function has no value at some places.
-const DEEPEST_GAP: u32 = 10;
-/// Values after which what is left is undecided.
-const MOST_VALUES: usize = 20_000;
-/// Second differences count this often, for what they may be between the places at which they are known.
-const SAFETY: f64 = 2.0;
-/// Values in a cell.
-const NODES: usize = 5;
+/// Subintervals to begin with. [work]
+const FIRST_SUBINTERVALS: usize = 64;
+/// Halvings of a subinterval. [work]
+const MOST_SUBINTERVAL_HALVINGS: u32 = 30;
+/// Halvings of a subinterval in which the function has no value at some places. [work]
+const MOST_VALUELESS_HALVINGS: u32 = 10;
+/// Values after which what is left is undecided. [work]
+const MOST_ROOT_VALUES: usize = 20_000;
+/// Values in a subinterval: both ends, the middle and the quarters, of which a half keeps three. [exact]
+const SUBINTERVAL_NODES: usize = 5;
 
-/// What a search found.
+/// The outcome of a search.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Roots {
+    /// The roots that were found, shape (roots,), [unit of the argument].
     pub places: Vec<f64>,
     /// Stretches in which the values decide nothing, in order.
     pub undecided: Vec<(f64, f64)>,
@@ -34,7 +33,7 @@ struct Subinterval {
     high: f64,
     depth: u32,
     /// At five places of equal distance, both ends among them; none where the function has no value.
-    y: [Option<f64>; NODES],
+    y: [Option<f64>; SUBINTERVAL_NODES],
 }
 
 enum SubintervalVerdict {
@@ -49,9 +48,10 @@ enum SubintervalVerdict {
     Rounding,
 }
 
-/// What the values of a cell say of it.
-fn judge(y: [f64; NODES]) -> SubintervalVerdict {
-    let second: [f64; NODES - 2] = std::array::from_fn(|i| y[i] - 2.0 * y[i + 1] + y[i + 2]);
+/// The verdict on a subinterval by its values.
+fn judge(y: [f64; SUBINTERVAL_NODES]) -> SubintervalVerdict {
+    let second: [f64; SUBINTERVAL_NODES - 2] =
+        std::array::from_fn(|i| y[i] - 2.0 * y[i + 1] + y[i + 2]);
     let largest = second.iter().fold(0.0f64, |m, d| m.max(d.abs()));
     let spread = second.iter().copied().fold(f64::NEG_INFINITY, f64::max)
         - second.iter().copied().fold(f64::INFINITY, f64::min);
@@ -63,7 +63,7 @@ fn judge(y: [f64; NODES]) -> SubintervalVerdict {
     if spread > 0.5 * largest && largest > 0.05 * size {
         return SubintervalVerdict::Unknown;
     }
-    let room = SAFETY * largest;
+    let room = SECOND_DIFFERENCE_SAFETY * largest;
     let (mut quarters, mut places) = (Vec::new(), Vec::new());
     for (quarter, ends) in y.windows(2).enumerate() {
         let (a, b) = (ends[0], ends[1]);
@@ -91,7 +91,7 @@ fn judge(y: [f64; NODES]) -> SubintervalVerdict {
 
 impl Subinterval {
     fn place(&self, i: usize) -> f64 {
-        self.low + (self.high - self.low) * (i as f64 / (NODES - 1) as f64)
+        self.low + (self.high - self.low) * (i as f64 / (SUBINTERVAL_NODES - 1) as f64)
     }
 
     /// The halves, their values in between made.
@@ -125,15 +125,15 @@ pub(crate) fn roots(
         values.set(values.get() + 1);
         f(x)
     };
-    let at = |i: usize| low + (high - low) * i as f64 / CELLS as f64;
+    let at = |i: usize| low + (high - low) * i as f64 / FIRST_SUBINTERVALS as f64;
     let mut last = f(low)?;
-    for i in 0..CELLS {
-        let mut y = [last; NODES];
+    for i in 0..FIRST_SUBINTERVALS {
+        let mut y = [last; SUBINTERVAL_NODES];
         let (start, end) = (at(i), at(i + 1));
         for (k, y) in y.iter_mut().enumerate().skip(1) {
-            *y = f(start + (end - start) * (k as f64 / (NODES - 1) as f64))?;
+            *y = f(start + (end - start) * (k as f64 / (SUBINTERVAL_NODES - 1) as f64))?;
         }
-        last = y[NODES - 1];
+        last = y[SUBINTERVAL_NODES - 1];
         // The cells that are open, the first one last.
         let mut open = vec![Subinterval {
             low: start,
@@ -144,9 +144,9 @@ pub(crate) fn roots(
         while let Some(cell) = open.pop() {
             let known: Option<Vec<f64>> = cell.y.iter().copied().collect();
             let deepest = if known.is_some() {
-                DEEPEST
+                MOST_SUBINTERVAL_HALVINGS
             } else {
-                DEEPEST_GAP
+                MOST_VALUELESS_HALVINGS
             };
             let verdict = known.and_then(|y| Some(judge(y.try_into().ok()?)));
             match verdict {
@@ -162,7 +162,7 @@ pub(crate) fn roots(
                 Some(SubintervalVerdict::Rounding) => {
                     extend(&mut found.undecided, (cell.low, cell.high));
                 }
-                _ if cell.depth >= deepest || values.get() >= MOST_VALUES => {
+                _ if cell.depth >= deepest || values.get() >= MOST_ROOT_VALUES => {
                     extend(&mut found.undecided, (cell.low, cell.high));
                 }
                 _ => {

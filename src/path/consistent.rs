@@ -8,18 +8,15 @@ use crate::model::{Moment, PhysicalState, Scene, along_reactions};
 use crate::path::equations::PathEquations;
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
-use crate::path::parts::Point;
+use crate::path::parts::PathPoint;
 use crate::path::path::Path;
 use crate::path::quadrature::each_node;
 use crate::path::segments::ImpactSide;
-use crate::tolerance::KEPT_AGREES;
+use crate::tolerance::{ARC_SIZE_SAMPLES, KEPT_AGREES};
 use nalgebra::DVector;
 
-/// What a motion is called that may pass stops.
+/// The name of a kind of motion that may pass stops: an orbit that is not admissible does.
 pub(crate) const ORBIT: &str = "orbit";
-
-/// Where arcs are looked at for the largest positions and velocities: symmetric motions are nowhere zero at all of them.
-const BETWEEN: [f64; 3] = [0.2, 0.45, 0.7];
 
 /// Whether a change is larger than what sizes of terms allow, or no number.
 fn is_beyond(change: &DVector<f64>, sizes: &DVector<f64>) -> bool {
@@ -64,7 +61,7 @@ pub(crate) fn check_motion(
     let mut sizes = (DVector::zeros(path.n_dof), DVector::zeros(path.n_dof));
     for (arc, own) in ends.iter().enumerate() {
         // Flights may begin and end at stops where positions are zero, or where velocities are, there and half-way.
-        let between = BETWEEN.map(|part| path.state_in(arc, part * arcs[arc].span));
+        let between = ARC_SIZE_SAMPLES.map(|part| path.state_in(arc, part * arcs[arc].span));
         for (q, v) in own.iter().chain(&between) {
             if !q.iter().chain(v).all(|x| x.is_finite()) {
                 return Err(refused(what, arcs[arc].clock.time(), "no number"));
@@ -151,7 +148,7 @@ impl Kept<'_> {
             let state = self.path.state_in(arc, local);
             let a = self
                 .equations
-                .acceleration(Point { time, arc, local }, &state)?;
+                .acceleration(PathPoint { time, arc, local }, &state)?;
             left -= a * node.weight;
             Ok(())
         })?;
@@ -216,7 +213,7 @@ impl Kept<'_> {
         each.collect()
     }
 
-    /// What of a velocity closed stops can take away.
+    /// The part of a change of velocity that closed stops can cause.
     fn along_closed(
         &self,
         at: Moment,

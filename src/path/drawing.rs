@@ -1,23 +1,24 @@
-//! Where a motion is drawn, and the motion there.
+//! The points at which a motion is drawn, and the motion at such points.
 
 use crate::error::Result;
 use crate::modal::{Form, rate_bound};
 use crate::observer::unless_broken_off;
 use crate::path::evaluator::Evaluator;
-use crate::path::parts::{PathArc, Point};
+use crate::path::parts::{PathArc, PathPoint};
 use crate::path::path::Path;
 use crate::quantity::room_for;
 use nalgebra::DMatrix;
 
-/// Points drawn in one flight at the most.
-const MOST_POINTS: usize = 200;
-/// Points drawn in all, but for both sides of each impact, and positions at them: as many as any figure shows.
-const POINTS_IN_ALL: usize = 1_000_000;
-const NUMBERS_IN_ALL: usize = 100_000_000;
-/// Points drawn in one step of an integrator.
-const POINTS_PER_STEP: usize = 4;
-/// Points drawn in one radian of the fastest motion.
-const POINTS_PER_RADIAN: f64 = 8.0;
+/// The most points drawn in one flight. [work]
+const MOST_DRAWN_POINTS: usize = 200;
+/// The most points drawn in all, beside both sides of each impact: as many as any figure shows. [work]
+const DRAWN_POINTS_IN_ALL: usize = 1_000_000;
+/// The most positions drawn in all, points times coordinates. [work]
+const DRAWN_NUMBERS_IN_ALL: usize = 100_000_000;
+/// Points drawn in one step of an integrator. [work]
+const DRAWN_POINTS_PER_STEP: usize = 4;
+/// Points drawn in one radian of the fastest motion [1/rad]. [work]
+const DRAWN_POINTS_PER_RADIAN: f64 = 8.0;
 
 /// Times, positions and velocities, shapes `(m,)`, `(m, n)`, `(m, n)`.
 pub type Samples = (Vec<f64>, DMatrix<f64>, DMatrix<f64>);
@@ -27,13 +28,13 @@ impl Path {
     ///
     /// # Errors
     /// `Error::Interrupted` where the caller's work is broken off.
-    pub fn points(&self) -> Result<Vec<Point>> {
+    pub fn points(&self) -> Result<Vec<PathPoint>> {
         let parts = &self.parts;
         let rate = self.fastest_rate();
         let count = parts.segments.len();
-        let in_all = POINTS_IN_ALL.min(NUMBERS_IN_ALL / self.n_dof);
-        let drawn = (in_all / count.max(1)).clamp(2, MOST_POINTS);
-        let mut points: Vec<Point> = Vec::new();
+        let in_all = DRAWN_POINTS_IN_ALL.min(DRAWN_NUMBERS_IN_ALL / self.n_dof);
+        let drawn = (in_all / count.max(1)).clamp(2, MOST_DRAWN_POINTS);
+        let mut points: Vec<PathPoint> = Vec::new();
         for segment in 0..count {
             unless_broken_off()?;
             let arcs = parts.arcs_of(segment);
@@ -41,8 +42,8 @@ impl Path {
                 continue;
             };
             let span: f64 = parts.arcs[arcs.clone()].iter().map(|p| p.span).sum();
-            let wanted = (span * rate * POINTS_PER_RADIAN).ceil() + 1.0;
-            let by_steps = (POINTS_PER_STEP * arcs.len()) as f64 + 1.0;
+            let wanted = (span * rate * DRAWN_POINTS_PER_RADIAN).ceil() + 1.0;
+            let by_steps = (DRAWN_POINTS_PER_STEP * arcs.len()) as f64 + 1.0;
             let wanted = if self.is_stepped() { by_steps } else { wanted };
             // A flight of no length is a side of an impact: one point.
             let most = if span > 0.0 { drawn } else { 1 };
@@ -54,7 +55,7 @@ impl Path {
                     before += parts.arcs[arc].span;
                     arc += 1;
                 }
-                points.push(Point {
+                points.push(PathPoint {
                     time: first.clock.after(s).time(),
                     arc,
                     local: (s - before).clamp(0.0, parts.arcs[arc].span),
@@ -62,7 +63,7 @@ impl Path {
             }
             // The end is the start of the next segment to the bit, which a sum of steps is not.
             let (last, PathArc { clock, span }) = (arcs.end - 1, parts.arcs[arcs.end - 1]);
-            points.push(Point {
+            points.push(PathPoint {
                 time: clock.after(span).time(),
                 arc: last,
                 local: span,
@@ -86,7 +87,7 @@ impl Path {
     ///
     /// # Errors
     /// More points than there is room for; `Error::Interrupted` where the caller's work is broken off.
-    pub fn samples(&self, points: &[Point]) -> Result<Samples> {
+    pub fn samples(&self, points: &[PathPoint]) -> Result<Samples> {
         let (m, n) = (points.len(), self.n_dof);
         room_for("the motion at its points", m, 2 * n)?;
         let (mut q, mut v) = (DMatrix::zeros(m, n), DMatrix::zeros(m, n));
@@ -120,7 +121,7 @@ impl Path {
         if rate > 0.0 {
             rate
         } else {
-            MOST_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE)
+            MOST_DRAWN_POINTS as f64 / (self.span.1 - self.span.0).max(f64::MIN_POSITIVE)
         }
     }
 }

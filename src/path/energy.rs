@@ -7,31 +7,31 @@ use crate::model::{Energetics, Moment, PhysicalState, Scene};
 use crate::observer::Observer;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
-use crate::path::parts::Point;
+use crate::path::parts::PathPoint;
 use crate::path::path::Path;
-use crate::path::quadrature::{Node, each_node};
+use crate::path::quadrature::{QuadratureNode, each_node};
 use nalgebra::DVector;
 
-/// Energies along a motion, one entry for each of the times t.
+/// Energies along a motion, one entry for each of m times.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Energy {
-    /// The times: those of a trajectory's samples; one period of an orbit, both sides of each impact.
+    /// The times, shape `(m,)`, \[s\]: those of a trajectory's samples; one period of an orbit, both sides of each impact.
     pub time: Vec<f64>,
-    /// Kinetic energy.
+    /// Kinetic energy, shape `(m,)`, \[J\].
     pub kinetic: Vec<f64>,
-    /// Potential energy, zero at q = 0.
+    /// Potential energy, shape `(m,)`, \[J\], zero at q = 0.
     pub potential: Vec<f64>,
-    /// Work of the forcing, and of stops that move, since the start.
+    /// Work of the forcing, and of stops that move, since the start, shape `(m,)`, \[J\].
     pub forcing_work: Vec<f64>,
-    /// Loss in dampers since the start. Of a system given by functions: what its forces took beyond the potential, those of
-    /// dampers and any others; negative where they brought energy, as a drive written into the acceleration does.
+    /// Loss in dampers since the start, shape `(m,)`, \[J\]. Of a system given by functions: what its forces took beyond the potential, those
+    /// of dampers and any others; negative where they brought energy, as a drive written into the acceleration does.
     pub damping_loss: Vec<f64>,
-    /// Loss at impacts since the start, chatter included; for a reaction that is not that of inertia also what lasting
+    /// Loss at impacts since the start, shape `(m,)`, \[J\], chatter included; for a reaction that is not that of inertia also what lasting
     /// contact takes.
     pub impact_loss: Vec<f64>,
-    /// What does not add up: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the start. Of a
-    /// system given by functions it checks the motion and the quadrature alone: a mass or potential that is not that of
-    /// the acceleration shows as `damping_loss`.
+    /// The error of the balance, shape `(m,)`, \[J\]: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the
+    /// start. Of a system given by functions it checks the motion and the quadrature alone: a mass or potential that is not that of the
+    /// acceleration shows as `damping_loss`.
     pub balance: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ struct Works {
 pub(crate) fn energy_along(
     path: &Path,
     scene: &Scene,
-    points: &[Point],
+    points: &[PathPoint],
     observer: &mut Observer<'_>,
 ) -> Result<Energy> {
     Ledger::new(path, scene)?.fill(points, observer)
@@ -94,7 +94,7 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    fn fill(&self, points: &[Point], observer: &mut Observer<'_>) -> Result<Energy> {
+    fn fill(&self, points: &[PathPoint], observer: &mut Observer<'_>) -> Result<Energy> {
         let mut energy = Energy::default();
         let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
         let mut start = None;
@@ -147,7 +147,7 @@ impl<'a> Ledger<'a> {
         let (kind, stops) = self.path.kind_of(arc);
         each_node(self.fading.of(stops), (from, to), |node| {
             observer.work(self.work)?;
-            let Node {
+            let QuadratureNode {
                 at: s,
                 weight: w,
                 stretch,
@@ -174,7 +174,7 @@ impl<'a> Ledger<'a> {
         after: &PhysicalState,
     ) -> Result<f64> {
         let equations = &self.equations;
-        if !equations.has_moving_stops() || before.1 == after.1 {
+        if !equations.has_stop_motion() || before.1 == after.1 {
             return Ok(0.0);
         }
         let closed = equations.closed_stops(at, &after.0)?;

@@ -10,13 +10,11 @@ use crate::model::{
     Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts,
     reaction_weights,
 };
-use crate::path::parts::Point;
+use crate::path::parts::PathPoint;
 use crate::path::path::Path;
+use crate::tolerance::CLOSED_AT_IMPACT;
 use nalgebra::DVector;
 use std::sync::Arc;
-
-/// A gap of no more than this part of its terms is closed at an impact.
-const CLOSED: f64 = 1e-6;
 
 /// The equations of motion of a scene along a path of it.
 pub(crate) struct PathEquations<'a> {
@@ -58,7 +56,7 @@ impl<'a> PathEquations<'a> {
     }
 
     /// Whether a stop moves by itself.
-    pub fn has_moving_stops(&self) -> bool {
+    pub fn has_stop_motion(&self) -> bool {
         self.contacts.iter().any(|contact| contact.motion.is_some())
     }
 
@@ -77,7 +75,7 @@ impl<'a> PathEquations<'a> {
         let mut closed = Vec::new();
         for (stop, contact) in self.contacts.iter().enumerate() {
             let value = contact.along(|| at, (q, q, q), 0.0)?;
-            if value.gap.abs() <= CLOSED * value.size {
+            if value.gap.abs() <= CLOSED_AT_IMPACT * value.size {
                 closed.push(stop);
             }
         }
@@ -126,7 +124,7 @@ impl<'a> PathEquations<'a> {
     ///
     /// # Errors
     /// As [`held_acceleration`](Self::held_acceleration).
-    pub fn acceleration(&self, point: Point, (q, v): &PhysicalState) -> Result<DVector<f64>> {
+    pub fn acceleration(&self, point: PathPoint, (q, v): &PhysicalState) -> Result<DVector<f64>> {
         let at = self.moment(point.arc, point.local);
         let (_, stops) = self.path.kind_of(point.arc);
         Ok(self.held_acceleration(stops, at, q, v)?.0)
@@ -136,7 +134,12 @@ impl<'a> PathEquations<'a> {
     ///
     /// # Errors
     /// As [`held_acceleration`](Self::held_acceleration).
-    pub fn contact_force(&self, stop: usize, point: Point, (q, v): &PhysicalState) -> Result<f64> {
+    pub fn contact_force(
+        &self,
+        stop: usize,
+        point: PathPoint,
+        (q, v): &PhysicalState,
+    ) -> Result<f64> {
         let (kind, stops) = self.path.kind_of(point.arc);
         let place = stops.iter().position(|&held| held == stop);
         let Some(place) = place.filter(|_| kind == SegmentKind::Stick) else {

@@ -11,7 +11,7 @@ use crate::model::PhysicalState;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// What makes a motion of the numbers of its arcs.
+/// How the numbers of an arc give the motion along it.
 #[derive(Debug, Clone)]
 pub(crate) enum Evaluator {
     /// Exact flights: the numbers are the modal pairs at the start of the arc.
@@ -30,7 +30,7 @@ pub(crate) enum Evaluator {
     Series { order: usize },
 }
 
-/// Degree of the steps beside series.
+/// Degree of the dense output of the Runge-Kutta steps that stand beside Taylor series. [exact]
 const QUARTIC: usize = 4;
 
 impl Evaluator {

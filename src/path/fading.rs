@@ -3,9 +3,7 @@
 use crate::flow::ModalScene;
 use crate::modal::{Block, Form, rate_bound};
 use crate::path::evaluator::Evaluator;
-
-/// Decay, as an exponent, after which nothing is left of a part of the motion beside its own first size: `e^-45 < 3e-20`.
-const DIED_OUT: f64 = 45.0;
+use crate::tolerance::DIED_OUT_EXPONENT;
 
 /// The rates of free motion and of the motions while stops are held.
 pub(crate) struct Fading<'a> {
@@ -14,7 +12,7 @@ pub(crate) struct Fading<'a> {
 }
 
 impl<'a> Fading<'a> {
-    /// Those of exact flights; a step of an integrator is never longer than what it follows.
+    /// The rates of exact flights; those of integrated ones are zero, a step being no longer than what it resolves.
     pub fn new(evaluator: &'a Evaluator) -> Self {
         let Evaluator::Exact { modal, held, .. } = evaluator else {
             return Self {
@@ -47,7 +45,7 @@ impl Rates {
         Self::without(form, scene, |_| false)
     }
 
-    /// Those of a motion in which some blocks do not count.
+    /// The rates of a motion, some of its blocks left out.
     pub fn without(form: &Form, scene: &ModalScene, is_left_out: impl Fn(&Block) -> bool) -> Self {
         let lasting = (f64::INFINITY, scene.rotations.fastest());
         match form {
@@ -58,7 +56,7 @@ impl Rates {
                 let each = roots.map(|root| {
                     let fades = root.re < 0.0;
                     let until = if fades {
-                        DIED_OUT / -root.re
+                        DIED_OUT_EXPONENT / -root.re
                     } else {
                         f64::INFINITY
                     };

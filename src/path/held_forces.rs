@@ -14,12 +14,10 @@ use crate::flow::{ConstrainedMotion, along};
 use crate::modal::{Block, Form, Pair};
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
+use crate::tolerance::FAST_TURN;
 use nalgebra::DVector;
 
-/// Angle by which a block turns, or dies out, along an arc where it is fast.
-const FAST: f64 = 20.0;
-
-/// What takes the fast part out of the contact forces along an arc.
+/// The function S whose rate is the fast part of the contact forces along an arc.
 pub(super) struct FastPart<'a> {
     motion: &'a ConstrainedMotion,
     /// sigma of each force, for every block; zero of those that are slow.
@@ -29,7 +27,7 @@ pub(super) struct FastPart<'a> {
 }
 
 impl<'a> FastPart<'a> {
-    /// That of an arc of some length along which stops are held; `None` where nothing is fast, or the motion does not uncouple.
+    /// The fast part on an arc of some length along which stops are held; `None` where nothing is fast, or the motion does not uncouple.
     pub fn new(evaluator: &'a Evaluator, stops: &[usize], span: f64) -> Option<Self> {
         let Evaluator::Exact { modal, held, .. } = evaluator else {
             return None;
@@ -38,7 +36,12 @@ impl<'a> FastPart<'a> {
         let Form::Blocks(blocks) = motion.form() else {
             return None;
         };
-        let is_fast = |block: &Block| block.roots().iter().all(|root| root.norm() * span > FAST);
+        let is_fast = |block: &Block| {
+            block
+                .roots()
+                .iter()
+                .all(|root| root.norm() * span > FAST_TURN)
+        };
         if !blocks.iter().any(is_fast) {
             return None;
         }

@@ -1,4 +1,4 @@
-//! What stops give along a path: impacts, impacts that accumulate, the forces of lasting contact (theory 9, "Momentum").
+//! Impulses of the stops along a path [N s]: impacts, impacts that accumulate, the forces of lasting contact (theory 9, "Momentum").
 //!
 //! Every change of the velocity is one of free motion or one along the reactions,
 //!
@@ -25,7 +25,7 @@ use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
 use crate::path::held_forces::FastPart;
 use crate::path::path::Path;
-use crate::path::quadrature::{Node, each_node};
+use crate::path::quadrature::{QuadratureNode, each_node};
 
 /// Times from right after one to right after another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,7 +109,7 @@ struct Owner {
     stop: usize,
 }
 
-/// What the stops of a scene give along a path of it.
+/// The impulses of the stops of a scene along a path of it.
 pub(crate) struct Impulses<'a> {
     path: &'a Path,
     equations: PathEquations<'a>,
@@ -152,7 +152,7 @@ impl<'a> Impulses<'a> {
         Ok(sum)
     }
 
-    /// What the stops in contact on each segment give, but for the impacts that are listed.
+    /// The impulses of the stops in contact on each segment, but for the impacts that are listed.
     ///
     /// # Errors
     /// As [`of_stop`](Self::of_stop).
@@ -197,7 +197,7 @@ impl<'a> Impulses<'a> {
             .as_ref()
             .map_or_else(|| self.fading.of(stops), |fast| &fast.rates);
         each_node(rates, (from, to), |node| {
-            let Node { at, weight, .. } = node;
+            let QuadratureNode { at, weight, .. } = node;
             unless_broken_off()?;
             let (q, v) = self.path.state_in(arc, at);
             let moment = self.equations.moment(arc, at);

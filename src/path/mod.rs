@@ -23,7 +23,7 @@ pub(crate) use energy::energy_along;
 pub(crate) use evaluator::Evaluator;
 pub(crate) use impulses::{Impulses, Window, check_order};
 pub(crate) use outputs::{Component, Located, accelerations, check_stop, contact_forces, gaps};
-pub(crate) use parts::{PathArc, PathParts, PathSegment, Point};
+pub(crate) use parts::{PathArc, PathParts, PathPoint, PathSegment};
 pub(crate) use path::{Path, check_time};
 pub(crate) use segments::Stretch;
 pub use segments::{ImpactSide, Segment};

@@ -4,30 +4,30 @@ use crate::error::{Error, Result};
 use crate::model::{Normal, PhysicalState, Scene};
 use crate::observer::unless_broken_off;
 use crate::path::equations::PathEquations;
-use crate::path::parts::Point;
+use crate::path::parts::PathPoint;
 use crate::path::path::Path;
 use nalgebra::DVector;
 
 /// A state, and where on the path it is.
 pub(crate) struct Located {
-    pub point: Point,
+    pub point: PathPoint,
     pub state: PhysicalState,
 }
 
 impl Path {
     /// A point with the state there.
-    pub fn locate(&self, point: Point) -> Located {
+    pub fn locate(&self, point: PathPoint) -> Located {
         let state = self.state_in(point.arc, point.local);
         Located { point, state }
     }
 
     /// Points with the states there.
-    pub fn located(&self, points: &[Point]) -> impl Iterator<Item = Result<Located>> {
+    pub fn located(&self, points: &[PathPoint]) -> impl Iterator<Item = Result<Located>> {
         points.iter().map(|&point| Ok(self.locate(point)))
     }
 
     /// The end of the motion.
-    pub fn end(&self) -> Point {
+    pub fn end(&self) -> PathPoint {
         self.end_of(self.parts.arcs.len() - 1, self.span.1)
     }
 }

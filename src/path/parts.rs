@@ -1,5 +1,5 @@
-//! What a motion is kept as: arcs that follow each other in time, grouped in segments, and for each arc the numbers from which it can
-//! be had at any of its times.
+//! The stored form of a motion: arcs that follow each other in time, grouped in segments, and for each arc the numbers from which it can
+//! be evaluated at any of its times.
 
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
@@ -24,7 +24,7 @@ impl PathArc {
 
 /// A point of a path: an arc, and how far along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point {
+pub(crate) struct PathPoint {
     pub time: f64,
     pub arc: usize,
     pub local: f64,
@@ -45,7 +45,8 @@ pub(crate) struct PathSegment {
 pub(crate) struct PathParts {
     pub arcs: Vec<PathArc>,
     pub segments: Vec<PathSegment>,
-    /// The numbers of each arc, one after the other, as many for each of a segment.
+    /// The numbers from which the arcs can be evaluated, one arc after the other, as many for each arc of a segment: shape `(n_numbers,)`,
+    /// [mixed]; their meaning and units are those of [`Evaluator`](crate::path::Evaluator).
     pub numbers: Vec<f64>,
 }
 

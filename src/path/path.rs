@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
-use crate::path::parts::{PathArc, PathParts, Point};
+use crate::path::parts::{PathArc, PathParts, PathPoint};
 use crate::path::segments::{ImpactSide, Stretch};
 
 /// Refuses a time outside the span of a motion.
@@ -68,7 +68,7 @@ impl Path {
     /// # Errors
     /// A time outside the span.
     pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
-        let Point { arc, local, .. } = self.point(t, side)?;
+        let PathPoint { arc, local, .. } = self.point(t, side)?;
         Ok(self.state_in(arc, local))
     }
 
@@ -76,7 +76,7 @@ impl Path {
     ///
     /// # Errors
     /// A time outside the span.
-    pub fn point(&self, t: f64, side: ImpactSide) -> Result<Point> {
+    pub fn point(&self, t: f64, side: ImpactSide) -> Result<PathPoint> {
         let parts = &self.parts;
         check_time(t, self.span)?;
         let start_of = |index: usize| parts.arcs[index].clock.time();
@@ -91,7 +91,7 @@ impl Path {
             }
         }
         let local = parts.arcs[arc].local(t);
-        Ok(Point {
+        Ok(PathPoint {
             time: t,
             arc,
             local,
@@ -99,9 +99,9 @@ impl Path {
     }
 
     /// The end of an arc, at a time.
-    pub fn end_of(&self, arc: usize, time: f64) -> Point {
+    pub fn end_of(&self, arc: usize, time: f64) -> PathPoint {
         let local = self.parts.arcs[arc].span;
-        Point { time, arc, local }
+        PathPoint { time, arc, local }
     }
 
     /// The last arc that begins no later than a time, and that time on the clock of the arcs, whose ends may be off those of
@@ -133,14 +133,14 @@ impl Path {
     }
 
     /// Where a time after the start of a segment is.
-    pub fn point_along(&self, segment: usize, local: f64) -> Point {
+    pub fn point_along(&self, segment: usize, local: f64) -> PathPoint {
         let range = self.parts.arcs_of(segment);
         let arcs = &self.parts.arcs[range.clone()];
         let start = arcs[0].clock;
         let within = |arc: &PathArc| start.until(arc.clock) <= local;
         let k = arcs.partition_point(within).max(1) - 1;
         let rest = local - start.until(arcs[k].clock);
-        Point {
+        PathPoint {
             time: start.after(local).time(),
             arc: range.start + k,
             local: rest.min(arcs[k].span),

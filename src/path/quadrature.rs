@@ -3,6 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::path::fading::Rates;
+use crate::tolerance::QUADRATURE_STRETCH;
 
 /// Nodes and weights of Gauss's rule of six points on [0, 1].
 const GAUSS: [(f64, f64); 6] = [
@@ -13,14 +14,12 @@ const GAUSS: [(f64, f64); 6] = [
     (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
     (0.966_234_757_101_576, 0.085_662_246_189_585_18),
 ];
-/// Longest stretch of an exact flight to which the rule is applied at once, in radians of the fastest motion there.
-const STRETCH: f64 = 0.5;
-/// Stretches of a part of a flight at the most: years of work.
-const MOST_STRETCHES: f64 = 1e12;
+/// The most stretches of a part of a flight: years of work. [work]
+const MOST_QUADRATURE_STRETCHES: f64 = 1e12;
 
 /// A node of the rule: where along the arc, what a value there counts, the length of its stretch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct QuadratureNode {
     pub at: f64,
     pub weight: f64,
     pub stretch: f64,
@@ -30,25 +29,25 @@ pub(super) struct Node {
 pub(super) fn each_node(
     rates: &Rates,
     (from, to): (f64, f64),
-    mut visit: impl FnMut(Node) -> Result<()>,
+    mut visit: impl FnMut(QuadratureNode) -> Result<()>,
 ) -> Result<()> {
     let mut start = from;
     while start < to {
         let (rate, until) = rates.at(start);
         let end = until.min(to);
-        let count = ((end - start) * rate / STRETCH).ceil().max(1.0);
-        let may_be_counted = count <= MOST_STRETCHES;
+        let count = ((end - start) * rate / QUADRATURE_STRETCH).ceil().max(1.0);
+        let may_be_counted = count <= MOST_QUADRATURE_STRETCHES;
         if !may_be_counted {
             return Err(Error::NoConvergence {
                 stage: "the quadrature of a flight, in which the fastest motion turns too often",
-                iterations: MOST_STRETCHES as usize,
+                iterations: MOST_QUADRATURE_STRETCHES as usize,
                 residual: count,
             });
         }
         let stretch = (end - start) / count;
         for k in 0..count as usize {
             for (node, weight) in GAUSS {
-                visit(Node {
+                visit(QuadratureNode {
                     at: start + stretch * (k as f64 + node),
                     weight: weight * stretch,
                     stretch,

@@ -15,7 +15,7 @@ pub enum ImpactSide {
 /// A part of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// What it is.
+    /// The kind of motion.
     pub kind: SegmentKind,
     /// The stop it stays on or chatters against, `None` for a flight.
     pub stop: Option<usize>,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 /// What an argument is called in other programs and texts, and what here; the first of these that is taken is meant.
-const ELSEWHERE: [(&[&str], &[&str]); 36] = [
+const OTHER_NAMES: [(&[&str], &[&str]); 36] = [
     (
         &[
             "force",
@@ -119,7 +119,7 @@ const ELSEWHERE: [(&[&str], &[&str]); 36] = [
 /// The name here of what is called so elsewhere, among the names of some arguments.
 pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
     let given = given.to_lowercase();
-    let meant = ELSEWHERE
+    let meant = OTHER_NAMES
         .iter()
         .filter(|(others, _)| others.contains(&given.as_str()));
     let mut here = meant.flat_map(|(_, here)| here.iter());

@@ -1,7 +1,7 @@
 //! Attractors in Python: what starts settle on, and which of them is which.
 
 use crate::attractor::{
-    Attractor, AttractorKind, AttractorOptions, Found, StateBox, gathered_seeds, settle_seeds,
+    Attractor, AttractorKind, AttractorOptions, SeedOutcome, StateBox, gathered_seeds, settle_seeds,
 };
 use crate::model::Scene;
 use crate::python::array::{matrix, out_matrix};
@@ -79,15 +79,15 @@ pub(crate) fn _settle_seeds<'py>(
     PyList::new(py, each.collect::<PyResult<Vec<_>>>()?)
 }
 
-fn out_found(py: Python<'_>, found: Found) -> PyResult<Bound<'_, PyAny>> {
+fn out_found(py: Python<'_>, found: SeedOutcome) -> PyResult<Bound<'_, PyAny>> {
     let named = |name: &str| Ok(name.into_pyobject(py)?.into_any());
     match found {
-        Found::Inside => named("inside"),
-        Found::Lost => named("lost"),
-        Found::Drifting => named("drifting"),
-        Found::Undecided => named("undecided"),
-        Found::Unclear(states) => Ok(out_matrix(py, &states)?.into_any()),
-        Found::Attractor(own) => Ok(out_attractor(py, *own)?.into_pyobject(py)?.into_any()),
+        SeedOutcome::Inside => named("inside"),
+        SeedOutcome::Lost => named("lost"),
+        SeedOutcome::Drifting => named("drifting"),
+        SeedOutcome::Undecided => named("undecided"),
+        SeedOutcome::Unclear(states) => Ok(out_matrix(py, &states)?.into_any()),
+        SeedOutcome::Attractor(own) => Ok(out_attractor(py, *own)?.into_pyobject(py)?.into_any()),
     }
 }
 
@@ -127,20 +127,20 @@ type Read<'py> = (
 );
 
 /// What a start has settled on, as [`_settle_seeds`] gives it.
-fn read_found(found: &Bound<'_, PyAny>) -> PyResult<Found> {
+fn read_found(found: &Bound<'_, PyAny>) -> PyResult<SeedOutcome> {
     if let Ok(name) = found.extract::<String>() {
         return Ok(match name.as_str() {
-            "inside" => Found::Inside,
-            "lost" => Found::Lost,
-            "drifting" => Found::Drifting,
-            _ => Found::Undecided,
+            "inside" => SeedOutcome::Inside,
+            "lost" => SeedOutcome::Lost,
+            "drifting" => SeedOutcome::Drifting,
+            _ => SeedOutcome::Undecided,
         });
     }
     if !found.is_instance_of::<PyTuple>() {
-        return Ok(Found::Unclear(matrix("points", found)?));
+        return Ok(SeedOutcome::Unclear(matrix("points", found)?));
     }
     let (kind, orbit, n_periods, points, exponents, stops, reason): Read<'_> = found.extract()?;
-    Ok(Found::Attractor(Box::new(Attractor {
+    Ok(SeedOutcome::Attractor(Box::new(Attractor {
         kind: AttractorKind::from_name(&kind)?,
         orbit: orbit.map(|orbit| orbit.0.clone()),
         n_periods,
@@ -185,11 +185,11 @@ pub(crate) fn _group_attractors<'py>(
     let all = interrupt::run(py, false, |observe| {
         gathered_seeds(scene, &around, &found, &options, &mut || observe(1.0))
     })?;
-    let code = |(own, place): (&Found, &Option<usize>)| match (place, own) {
+    let code = |(own, place): (&SeedOutcome, &Option<usize>)| match (place, own) {
         (Some(place), _) => i64::try_from(*place).unwrap_or(i64::MAX),
-        (None, Found::Lost) => -2,
-        (None, Found::Inside) => -3,
-        (None, Found::Drifting) => -4,
+        (None, SeedOutcome::Lost) => -2,
+        (None, SeedOutcome::Inside) => -3,
+        (None, SeedOutcome::Drifting) => -4,
         (None, _) => -1,
     };
     let codes = found.iter().zip(&all.of_seed).map(code).collect();

@@ -15,16 +15,16 @@ use crate::sweep::SweepOptions;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
-/// An attractor as motions are held against it: kind, orbit, period, points.
-type Seen<'py> = (
+/// An attractor as Python gives it: kind, orbit, periods of the forcing, points.
+type GivenAttractor<'py> = (
     String,
     Option<PyRef<'py, PyOrbit>>,
     usize,
     Bound<'py, PyAny>,
 );
 
-fn attractor(seen: Seen<'_>) -> PyResult<Attractor> {
-    let (kind, orbit, n_periods, points) = seen;
+fn attractor(given: GivenAttractor<'_>) -> PyResult<Attractor> {
+    let (kind, orbit, n_periods, points) = given;
     Ok(Attractor {
         kind: AttractorKind::from_name(&kind)?,
         orbit: orbit.map(|orbit| orbit.0.clone()),
@@ -42,7 +42,7 @@ fn attractor(seen: Seen<'_>) -> PyResult<Attractor> {
 pub(crate) fn _basin_cells<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'py, PyScene>,
-    attractors: Vec<Seen<'py>>,
+    attractors: Vec<GivenAttractor<'py>>,
     r#box: &Bound<'py, PyAny>,
     wrap: Vec<(i64, f64)>,
     states: &Bound<'py, PyAny>,

@@ -8,7 +8,7 @@ use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
 use crate::python::answered::called_here;
 use crate::python::array::out_matrix;
-use crate::python::diagram::{count, way};
+use crate::python::diagram::{by_direction, count};
 use crate::python::made::{made, raised_or};
 use crate::python::model::PyScene;
 use crate::python::named::amplitude_given;
@@ -23,7 +23,7 @@ use std::sync::Mutex;
 
 /// Orbits, values, arclengths; whether each is admissible, is stable; multipliers outside the circle (-1: undefined), multipliers; special
 /// points; ends, whether it is closed; the exception of a function that broke it off.
-type Out<'py> = (
+type BranchTuple<'py> = (
     Vec<Py<PyOrbit>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -137,9 +137,9 @@ pub(crate) fn _continuation<'py>(
     keeps_virtual: bool,
     symmetric: Option<bool>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
-) -> PyResult<Out<'py>> {
+) -> PyResult<BranchTuple<'py>> {
     let options = ContinuationOptions {
-        heading: way(direction, [Heading::Up, Heading::Down, Heading::Both])?,
+        heading: by_direction(direction, [Heading::Up, Heading::Down, Heading::Both])?,
         max_points: count("max_points", max_points, 1)?,
         steps: [step.0, step.1, step.2],
         beyond: if keeps_virtual {
@@ -326,7 +326,7 @@ fn judged(branch: Branch) -> Result<Judged> {
     })
 }
 
-fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<Out<'_>> {
+fn out(py: Python<'_>, found: Judged, raised: Option<PyErr>) -> PyResult<BranchTuple<'_>> {
     let Branch {
         orbits,
         parameter,

@@ -19,12 +19,12 @@ pub(crate) struct Callable {
 }
 
 /// Where a function was called, for its errors.
-pub(crate) struct Place<'a> {
+pub(crate) struct CallSite<'a> {
     pub time: Option<f64>,
     pub q: &'a [f64],
 }
 
-impl std::fmt::Display for Place<'_> {
+impl std::fmt::Display for CallSite<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if let Some(t) = self.time {
             write!(f, "t = {t}, ")?;
@@ -45,9 +45,9 @@ fn raised(error: PyErr) -> Error {
     Error::function(error)
 }
 
-/// Calls within calls of a user's functions that are let through: computations in them have frames of a size that the
-/// interpreter, which counts its own, knows nothing of.
-const DEEPEST: u32 = 8;
+/// How deep calls of users' functions may be nested: the computations between them use stack that the interpreter, which counts its own
+/// frames alone, does not see. [work]
+const MOST_NESTED_CALLS: u32 = 8;
 
 thread_local! {
     /// Calls of users' functions that this thread is in.
@@ -64,9 +64,9 @@ impl Entered {
     /// `RecursionError` where calls are in calls too deep.
     pub fn new() -> Result<Self> {
         let depth = DEPTH.get();
-        if depth >= DEEPEST {
+        if depth >= MOST_NESTED_CALLS {
             return Err(raised(PyRecursionError::new_err(format!(
-                "the functions of a NonlinearSystem or NonlinearStop start computations that call such functions, {DEEPEST} deep"
+                "the functions of a NonlinearSystem or NonlinearStop start computations that call such functions, {MOST_NESTED_CALLS} deep"
             ))));
         }
         DEPTH.set(depth + 1);
@@ -115,7 +115,7 @@ impl Callable {
         })
     }
 
-    fn bad_shape(&self, found: &[usize], expected: &str, place: &Place<'_>) -> Error {
+    fn bad_shape(&self, found: &[usize], expected: &str, place: &CallSite<'_>) -> Error {
         let mut shown = String::from("(");
         for length in found {
             let _ = write!(shown, "{length},");
@@ -132,7 +132,7 @@ impl Callable {
     pub fn write_vector(
         &self,
         arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
-        place: &Place<'_>,
+        place: &CallSite<'_>,
         out: &mut [f64],
     ) -> Result<()> {
         let n = out.len();
@@ -154,7 +154,7 @@ impl Callable {
     pub fn number(
         &self,
         arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
-        place: &Place<'_>,
+        place: &CallSite<'_>,
     ) -> Result<f64> {
         let mut out = [0.0];
         self.write_vector(arguments, place, &mut out)?;
@@ -165,7 +165,7 @@ impl Callable {
     pub fn matrix(
         &self,
         arguments: impl for<'py> FnOnce(Python<'py>) -> PyResult<Bound<'py, PyTuple>>,
-        place: &Place<'_>,
+        place: &CallSite<'_>,
         (rows, columns): (usize, usize),
     ) -> Result<DMatrix<f64>> {
         self.call(arguments, |result| {

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::model::Scene;
 use crate::orbit::PeriodicOrbit;
 use crate::python::branch::{SpecialGiven, Varied, special_of, varied};
-use crate::python::diagram::{count, way};
+use crate::python::diagram::{by_direction, count};
 use crate::python::made::made;
 use crate::python::orbit::PyOrbit;
 use crate::python::{argument, interrupt};
@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use std::sync::Mutex;
 
 /// Orbits, first and second numbers, arclengths, whether each breaks a rule of contact; points of two things at once; ends.
-type Out<'py> = (
+type CurveTuple<'py> = (
     Vec<Py<PyOrbit>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -62,9 +62,9 @@ pub(crate) fn _bifurcation_curve<'py>(
     #[pyo3(from_py_with = argument::max_points)] max_points: i64,
     #[pyo3(from_py_with = argument::step)] step: (f64, f64, f64),
     #[pyo3(from_py_with = argument::progress)] progress: bool,
-) -> PyResult<Out<'py>> {
+) -> PyResult<CurveTuple<'py>> {
     let options = ContinuationOptions {
-        heading: way(direction, [Heading::Up, Heading::Down, Heading::Both])?,
+        heading: by_direction(direction, [Heading::Up, Heading::Down, Heading::Both])?,
         max_points: count("max_points", max_points, 1)?,
         steps: [step.0, step.1, step.2],
         ..ContinuationOptions::default()

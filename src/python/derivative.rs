@@ -1,12 +1,12 @@
 //! Derivatives of orbits in Python.
 
-use crate::derivative::{self, Derivatives};
+use crate::derivative::{self, OrbitDerivatives};
 use crate::error::Result;
 use crate::model::{Parameter, Scene, start_of};
 use crate::orbit::PeriodicOrbit;
 use crate::python::array::{out_matrix, vector};
 use crate::python::interrupt;
-use crate::python::made::{Numbers, made, raised_or};
+use crate::python::made::{NumberSlice, made, raised_or};
 use crate::python::named::{Named, named, names};
 use crate::python::text::shown;
 use crate::simulate::Trajectory;
@@ -18,7 +18,8 @@ use std::sync::Mutex;
 
 /// How the states of a run change with numbers of its scene.
 pub(crate) struct OfRun {
-    /// The numbers, and for each the derivatives at some times, shape `(m, 2n)`, or at the end.
+    /// The numbers, and for each the derivatives of (q, v) by it at some times, shape `(m, 2n)`, or at the end, shape `(1, 2n)`, \[units of q
+    /// and v over that of the number\].
     pub by: Vec<(String, DMatrix<f64>)>,
     pub is_of_end: bool,
     /// Why there are none from some time on.
@@ -111,19 +112,23 @@ pub(crate) fn of_callable<'py>(
     orbit: &PeriodicOrbit,
     make: &Bound<'py, PyAny>,
     start: &Bound<'py, PyAny>,
-    derived: fn(&PeriodicOrbit, &dyn Fn(&[f64]) -> Result<Scene>, &[f64]) -> Result<Derivatives>,
+    derived: fn(
+        &PeriodicOrbit,
+        &dyn Fn(&[f64]) -> Result<Scene>,
+        &[f64],
+    ) -> Result<OrbitDerivatives>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (start, make) = (vector("start", start)?, make.clone().unbind());
     let raised = Mutex::new(None);
     let found = interrupt::run(py, false, |_| {
-        let make = |p: &[f64]| made(&make, (Numbers(p),), &raised);
+        let make = |p: &[f64]| made(&make, (NumberSlice(p),), &raised);
         derived(orbit, &make, start.as_slice())
     });
     out(py, None, raised_or(found, raised)?)
 }
 
 /// Takes one of the numbers in another unit.
-fn scale(found: &mut Derivatives, i: usize, unit: f64) {
+fn scale(found: &mut OrbitDerivatives, i: usize, unit: f64) {
     for matrix in [
         &mut found.q0,
         &mut found.v0,
@@ -142,7 +147,7 @@ fn scale(found: &mut Derivatives, i: usize, unit: f64) {
 fn out<'py>(
     py: Python<'py>,
     names: Option<Vec<String>>,
-    found: Derivatives,
+    found: OrbitDerivatives,
 ) -> PyResult<Bound<'py, PyAny>> {
     let row =
         |x: &DVector<f64>| -> Bound<'py, PyArray1<f64>> { x.as_slice().to_vec().into_pyarray(py) };

@@ -109,8 +109,8 @@ pub(crate) fn count(argument: &str, value: i64, least: i64) -> PyResult<usize> {
         })
 }
 
-/// Which of three a direction is: up, down, both.
-pub(crate) fn way<T>(direction: &str, [up, down, both]: [T; 3]) -> PyResult<T> {
+/// The one of three values that stands for the direction "up", "down" or "both".
+pub(crate) fn by_direction<T>(direction: &str, [up, down, both]: [T; 3]) -> PyResult<T> {
     match direction {
         "up" => Ok(up),
         "down" => Ok(down),
@@ -173,7 +173,7 @@ pub(crate) fn _bifurcation_diagram<'py>(
         None => Ok(nalgebra::DVector::zeros(n)),
     };
     let options = DiagramOptions {
-        direction: way(direction, [Direction::Up, Direction::Down, Direction::Both])?,
+        direction: by_direction(direction, [Direction::Up, Direction::Down, Direction::Both])?,
         start: (q0.is_some() || v0.is_some())
             .then(|| Ok::<_, PyErr>((part("q0", q0)?, part("v0", v0)?)))
             .transpose()?,

@@ -4,14 +4,14 @@ use crate::derivative;
 use crate::python::array::vector;
 use crate::python::derivative::of_callable;
 use crate::python::interrupt;
-use crate::python::made::{Numbers, made, raised_or};
+use crate::python::made::{NumberSlice, made, raised_or};
 use crate::python::orbit::PyOrbit;
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
 /// An orbit followed to the scene of other numbers.
 #[pyfunction]
-pub(crate) fn _followed(
+pub(crate) fn _continued_orbit(
     py: Python<'_>,
     orbit: PyRef<'_, PyOrbit>,
     make: Py<PyAny>,
@@ -21,9 +21,9 @@ pub(crate) fn _followed(
     let (start, p) = (vector("start", start)?, vector("p", p)?);
     let (own, raised) = (&orbit.0, Mutex::new(None));
     let found = interrupt::run(py, false, |observe| {
-        let make = |p: &[f64]| made(&make, (Numbers(p),), &raised);
+        let make = |p: &[f64]| made(&make, (NumberSlice(p),), &raised);
         let way = (start.as_slice(), p.as_slice());
-        derivative::followed(own, &make, way, &mut || observe(0.0))
+        derivative::follow_orbit(own, &make, way, &mut || observe(0.0))
     });
     raised_or(found, raised).map(PyOrbit)
 }

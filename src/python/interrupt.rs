@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// Time between two looks.
+/// Time between two polls.
 const SLICE: Duration = Duration::from_millis(45);
 
 /// A tqdm bar over the fraction done, or nothing.
@@ -52,7 +52,7 @@ pub(crate) fn run_asking<T: Send>(
     }
 }
 
-/// The same that keeps what was found by the time it was broken off, beside the exception that did it.
+/// [`run_asking`] that also returns the result reached before an exception broke the work off, beside that exception.
 pub(crate) fn run_keeping<T: Send>(
     py: Python<'_>,
     progress: bool,
@@ -63,18 +63,18 @@ pub(crate) fn run_keeping<T: Send>(
     let shown = bar.as_ref().map(|b| b.clone_ref(py));
     let ask = ask.map(|ask| ask.clone_ref(py));
     let (result, raised) = py.detach(move || {
-        let looks = Rc::new(Looks {
+        let polled = Rc::new(InterruptPoll {
             shown,
             ask,
             last: Cell::new(Instant::now()),
             raised: RefCell::new(None),
         });
-        let asked = Rc::clone(&looks);
+        let asked = Rc::clone(&polled);
         let result = with_asker(
-            move || asked.look(None),
-            || work(&mut |fraction| looks.look(Some(fraction))),
+            move || asked.poll(None),
+            || work(&mut |fraction| polled.poll(Some(fraction))),
         );
-        (result, looks.raised.take())
+        (result, polled.raised.take())
     });
     if let Some(bar) = bar {
         if result.is_ok() {
@@ -86,8 +86,8 @@ pub(crate) fn run_keeping<T: Send>(
     Ok((result, raised))
 }
 
-/// The looks that a computation takes at Python.
-struct Looks {
+/// What a long computation polls while it runs: signals of Python, a function of the caller, and the progress bar to be drawn.
+struct InterruptPoll {
     shown: Option<Py<PyAny>>,
     ask: Option<Py<PyAny>>,
     last: Cell<Instant>,
@@ -95,9 +95,9 @@ struct Looks {
     raised: RefCell<Option<PyErr>>,
 }
 
-impl Looks {
-    /// Takes a look if it is time, and says whether to go on.
-    fn look(&self, fraction: Option<f64>) -> ControlFlow<()> {
+impl InterruptPoll {
+    /// Polls if it is time, and says whether to go on.
+    fn poll(&self, fraction: Option<f64>) -> ControlFlow<()> {
         if self.raised.borrow().is_some() {
             return ControlFlow::Break(());
         }
@@ -105,7 +105,7 @@ impl Looks {
             return ControlFlow::Continue(());
         }
         self.last.set(Instant::now());
-        let looked = Python::attach(|py| -> PyResult<()> {
+        let answer = Python::attach(|py| -> PyResult<()> {
             if let (Some(bar), Some(fraction)) = (&self.shown, fraction) {
                 bar.setattr(py, "n", fraction.clamp(0.0, 1.0))?;
                 bar.call_method0(py, "refresh")?;
@@ -115,7 +115,7 @@ impl Looks {
             }
             py.check_signals()
         });
-        match looked {
+        match answer {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
                 self.raised.replace(Some(error));

@@ -12,11 +12,11 @@ use std::convert::Infallible;
 use std::fmt;
 use std::sync::Mutex;
 
-/// Numbers that Python has as an array.
+/// Numbers that Python receives as an array.
 #[derive(Clone, Copy)]
-pub(crate) struct Numbers<'a>(pub &'a [f64]);
+pub(crate) struct NumberSlice<'a>(pub &'a [f64]);
 
-impl<'py> IntoPyObject<'py> for Numbers<'_> {
+impl<'py> IntoPyObject<'py> for NumberSlice<'_> {
     type Target = PyArray1<f64>;
     type Output = Bound<'py, PyArray1<f64>>;
     type Error = Infallible;
@@ -26,7 +26,7 @@ impl<'py> IntoPyObject<'py> for Numbers<'_> {
     }
 }
 
-impl fmt::Debug for Numbers<'_> {
+impl fmt::Debug for NumberSlice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(self.0, f)
     }

@@ -64,7 +64,7 @@ mod _core {
     #[pymodule_export]
     use super::find::find_orbit;
     #[pymodule_export]
-    use super::following::{_derivatives_but_multipliers, _followed};
+    use super::following::{_continued_orbit, _derivatives_but_multipliers};
     #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]

@@ -181,13 +181,13 @@ impl PyFamily {
 pub(crate) struct PyStability(pub Stability);
 
 /// One order of impacts as plain values: stops, multipliers, monodromy matrix.
-type Order<'py> = (Vec<usize>, Bound<'py, PyAny>, Bound<'py, PyAny>);
+type OrderTuple<'py> = (Vec<usize>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 #[pymethods]
 impl PyStability {
     #[new]
     fn new(is_stable: Option<bool>, reason: String, orders: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let orders: Vec<Order<'_>> = argument::saved("orders", orders)?;
+        let orders: Vec<OrderTuple<'_>> = argument::saved("orders", orders)?;
         let orders = orders
             .into_iter()
             .map(|(order, multipliers, monodromy)| {
@@ -213,7 +213,7 @@ impl PyStability {
     fn __getnewargs__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Option<bool>, &str, Vec<Order<'py>>)> {
+    ) -> PyResult<(Option<bool>, &str, Vec<OrderTuple<'py>>)> {
         let orders = self.0.orders.iter().map(|o| {
             let multipliers = out_complex(py, &o.multipliers).into_any();
             Ok((

@@ -1,6 +1,6 @@
 //! Ramps in Python.
 
-use crate::model::{Parameter, Ramp, RampCourse, RampLaw};
+use crate::model::{Parameter, Ramp, RampLaw, RampProfile};
 use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::text::shown;
@@ -59,17 +59,17 @@ fn law(name: &str) -> PyResult<RampLaw> {
     }
 }
 
-/// How fast, from the arguments of which one, or the last two, are given.
-fn course(
+/// How fast a ramp goes, by the one of the arguments that is given, or the last two.
+fn pace(
     over: Option<f64>,
     rate: Option<f64>,
     levels: Option<i64>,
     dwell: Option<f64>,
-) -> PyResult<RampCourse> {
+) -> PyResult<RampProfile> {
     match (over, rate, levels, dwell) {
-        (Some(over), None, None, None) => Ok(RampCourse::Over(over)),
-        (None, Some(rate), None, None) => Ok(RampCourse::Rate(rate)),
-        (None, None, Some(levels), Some(dwell)) => Ok(RampCourse::Steps {
+        (Some(over), None, None, None) => Ok(RampProfile::Over(over)),
+        (None, Some(rate), None, None) => Ok(RampProfile::Rate(rate)),
+        (None, None, Some(levels), Some(dwell)) => Ok(RampProfile::Steps {
             levels: usize::try_from(levels).unwrap_or(0),
             dwell,
         }),
@@ -108,7 +108,7 @@ impl PyRamp {
         #[pyo3(from_py_with = argument::dwell)] dwell: Option<f64>,
     ) -> PyResult<Self> {
         let parameter: Parameter = parameter.parse()?;
-        let course = course(over, rate, levels, dwell)?;
+        let course = pace(over, rate, levels, dwell)?;
         Ok(Self(
             Ramp::new(parameter, to, course)?.with_law(self::law(law)?),
         ))
@@ -129,8 +129,8 @@ impl PyRamp {
     /// Time that it takes [s], if that is how it was given.
     #[getter]
     fn over(&self) -> Option<f64> {
-        match self.0.course() {
-            RampCourse::Over(time) => Some(time),
+        match self.0.profile() {
+            RampProfile::Over(time) => Some(time),
             _ => None,
         }
     }
@@ -138,8 +138,8 @@ impl PyRamp {
     /// Change in a unit of time, if that is how it was given.
     #[getter]
     fn rate(&self) -> Option<f64> {
-        match self.0.course() {
-            RampCourse::Rate(rate) => Some(rate),
+        match self.0.profile() {
+            RampProfile::Rate(rate) => Some(rate),
             _ => None,
         }
     }
@@ -156,8 +156,8 @@ impl PyRamp {
     /// Number of values, if it goes in steps.
     #[getter]
     fn levels(&self) -> Option<usize> {
-        match self.0.course() {
-            RampCourse::Steps { levels, .. } => Some(levels),
+        match self.0.profile() {
+            RampProfile::Steps { levels, .. } => Some(levels),
             _ => None,
         }
     }
@@ -165,8 +165,8 @@ impl PyRamp {
     /// Forcing periods at each, if it goes in steps.
     #[getter]
     fn dwell(&self) -> Option<f64> {
-        match self.0.course() {
-            RampCourse::Steps { dwell, .. } => Some(dwell),
+        match self.0.profile() {
+            RampProfile::Steps { dwell, .. } => Some(dwell),
             _ => None,
         }
     }
@@ -176,10 +176,10 @@ impl PyRamp {
     }
 
     fn __repr__(&self) -> String {
-        let how = match self.0.course() {
-            RampCourse::Over(time) => format!("over={time}"),
-            RampCourse::Rate(rate) => format!("rate={rate}"),
-            RampCourse::Steps { levels, dwell } => format!("levels={levels}, dwell={dwell}"),
+        let how = match self.0.profile() {
+            RampProfile::Over(time) => format!("over={time}"),
+            RampProfile::Rate(rate) => format!("rate={rate}"),
+            RampProfile::Steps { levels, dwell } => format!("levels={levels}, dwell={dwell}"),
         };
         let law = match self.0.law() {
             RampLaw::Linear => "",

@@ -8,7 +8,7 @@ use numpy::IntoPyArray;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-static IMPACTS: RowType = RowType::new(&[
+static IMPACT_ROWS: RowType = RowType::new(&[
     ("time", "f8"),
     ("stop", "i8"),
     ("speed_before", "f8"),
@@ -47,7 +47,7 @@ pub(crate) fn is_before(side: &str) -> PyResult<bool> {
 
 /// Impacts as a structured array.
 pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<Bound<'py, PyAny>> {
-    IMPACTS.array(py, impacts.len(), impact_columns(py, impacts))
+    IMPACT_ROWS.array(py, impacts.len(), impact_columns(py, impacts))
 }
 
 /// Impacts of many runs, each with the number of its run, as a structured array.

@@ -15,7 +15,7 @@ use crate::python::simulate::{count, keep, method, span};
 use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use crate::simulate::{Samples, SimulateOptions};
-use crate::sweep::{self, Axis, ExistenceCell, Progress, Scenes, SweepOptions};
+use crate::sweep::{self, Axis, ExistencePoint, Progress, Scenes, SweepOptions};
 use nalgebra::DMatrix;
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -28,7 +28,7 @@ type Cells<'py> = (
     Bound<'py, PyArray1<f64>>,
 );
 
-fn out_cells<'py>(py: Python<'py>, cells: &[ExistenceCell]) -> Cells<'py> {
+fn out_cells<'py>(py: Python<'py>, cells: &[ExistencePoint]) -> Cells<'py> {
     (
         cells
             .iter()
@@ -135,9 +135,9 @@ pub(crate) fn _existence_cells<'py>(
             &mut |p| observe(fraction(p)),
         )
     })?;
-    let cells: Vec<ExistenceCell> = (0..map.y.len())
+    let cells: Vec<ExistencePoint> = (0..map.y.len())
         .flat_map(|j| (0..map.x.len()).map(move |i| (i, j)))
-        .map(|(i, j)| map.cell(i, j))
+        .map(|(i, j)| map.point(i, j))
         .collect();
     Ok(out_cells(py, &cells))
 }

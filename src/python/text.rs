@@ -3,11 +3,11 @@
 use nalgebra::{Complex, DVector};
 use pyo3::prelude::*;
 
-/// Entries of a vector that a line has room for.
-const ENTRIES: usize = 6;
+/// Entries of a vector that a line has room for. [exact]
+const SHOWN_ENTRIES: usize = 6;
 
-/// Characters of a value that a message has room for.
-const CHARACTERS: usize = 160;
+/// Characters of a value that a message has room for. [exact]
+const SHOWN_CHARACTERS: usize = 160;
 
 /// A value as Python writes it, the middle of long ones left out; one of many lines by its type.
 pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
@@ -19,11 +19,11 @@ pub(crate) fn shown(value: &Bound<'_, PyAny>) -> String {
         return of.map_or_else(|_| "this value".to_owned(), |of| format!("of type {of}"));
     }
     let count = text.chars().count();
-    if count <= CHARACTERS {
+    if count <= SHOWN_CHARACTERS {
         return text;
     }
-    let begin: String = text.chars().take(CHARACTERS / 2).collect();
-    let end: String = text.chars().skip(count - CHARACTERS / 4).collect();
+    let begin: String = text.chars().take(SHOWN_CHARACTERS / 2).collect();
+    let end: String = text.chars().skip(count - SHOWN_CHARACTERS / 4).collect();
     format!("{begin} ... {end}")
 }
 
@@ -40,8 +40,8 @@ pub(crate) fn fixed(x: f64) -> String {
 
 /// The first entries of a vector.
 pub(crate) fn list(v: &DVector<f64>) -> String {
-    let shown: Vec<String> = v.iter().take(ENTRIES).map(|&x| fixed(x)).collect();
-    let more = if v.len() > ENTRIES { ", ..." } else { "" };
+    let shown: Vec<String> = v.iter().take(SHOWN_ENTRIES).map(|&x| fixed(x)).collect();
+    let more = if v.len() > SHOWN_ENTRIES { ", ..." } else { "" };
     format!("[{}{more}]", shown.join(", "))
 }
 

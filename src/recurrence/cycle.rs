@@ -1,4 +1,5 @@
-//! Motions that repeat themselves, and such that do so but for an advance, from their states once in each period of the forcing.
+//! The period of a motion from its states once in each period of the forcing, and the advance of a motion that repeats itself but for a
+//! constant shift of its positions.
 
 use crate::error::digits;
 use crate::recurrence::measure::Measure;
@@ -47,17 +48,17 @@ pub(crate) fn are_one_cycle(a: &DMatrix<f64>, b: &DMatrix<f64>, measure: &Measur
     (0..m).any(|late| (0..m).all(|k| is_near(k, late)))
 }
 
-/// What a motion that repeats itself but for an advance does: it drifts.
+/// The drift of a motion that repeats itself but for a constant change of its positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Advance {
     /// Periods of the forcing after which it repeats itself, the advance taken off.
     pub n_periods: usize,
-    /// By what its positions are on then.
+    /// The change of its positions in that time, shape `(n_dof,)`, [m].
     pub by: DVector<f64>,
 }
 
 impl Advance {
-    /// What it does, in words.
+    /// The drift in words.
     pub fn told(&self) -> String {
         let each: Vec<String> = self.by.iter().map(|x| digits(*x)).collect();
         let by = each.join(", ");

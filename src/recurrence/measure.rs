@@ -7,16 +7,16 @@ pub(crate) fn shorter(off: f64, turn: f64) -> f64 {
     off - turn * (off / turn).round()
 }
 
-/// By what states are measured.
+/// The metric of states: the largest difference of a coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Measure {
-    /// Of each position the turn after which it is the same, zero of those that are no angles.
+    /// For each position the turn after which it is the same, zero for those that are no angles.
     turns: Vec<f64>,
     frequency: f64,
 }
 
 impl Measure {
-    /// That of positions, some of them angles, and of velocities over a frequency.
+    /// The metric of positions, some of them angles, and of velocities divided by a frequency.
     pub fn new(turns: &[f64], frequency: f64) -> Self {
         let turns = turns.to_vec();
         Self { turns, frequency }

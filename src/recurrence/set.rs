@@ -5,15 +5,10 @@
 //! Source: N. Henze, Ann. Stat. 16 (1988) 772 (coincidences of nearest neighbours of two samples).
 
 use crate::recurrence::measure::Measure;
-use crate::tolerance::{SHARED_FEW, SHARED_MANY};
+use crate::tolerance::{NEAREST_NEIGHBOURS, QUERIED_STATES, SHARED_FEW, SHARED_MANY};
 use nalgebra::DMatrix;
 
-/// States that are asked for their neighbours.
-const ASKED: usize = 500;
-/// Neighbours of each.
-const NEIGHBOURS: usize = 8;
-
-/// What is said of two sets.
+/// Whether two sets are one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sets {
     /// They are one.
@@ -49,17 +44,17 @@ pub(crate) fn comes_back(states: &DMatrix<f64>, measure: &Measure) -> bool {
 /// The part of the nearest neighbours of states of `a` that are of `b`, the others being of the half of `a` that the state is not in.
 pub(crate) fn shared(a: &DMatrix<f64>, b: &DMatrix<f64>, measure: &Measure) -> f64 {
     let half = a.nrows().min(b.nrows()) / 2;
-    let asked = ASKED.min(2 * half);
+    let asked = QUERIED_STATES.min(2 * half);
     let mut of_other = 0;
     for k in 0..asked {
         let i = k * 2 * half / asked;
         // States of the same times of both, one by one, so that of equally near ones neither come first.
         let first = if i < half { half } else { 0 };
-        let mut nearest = [(f64::INFINITY, false); NEIGHBOURS];
+        let mut nearest = [(f64::INFINITY, false); NEAREST_NEIGHBOURS];
         for j in first..first + half {
             for (states, is_other) in [(a, false), (b, true)] {
                 let away = measure.distance((a, i), (states, j));
-                if away < nearest[NEIGHBOURS - 1].0 {
+                if away < nearest[NEAREST_NEIGHBOURS - 1].0 {
                     let place = nearest.partition_point(|one| one.0 <= away);
                     nearest[place..].rotate_right(1);
                     nearest[place] = (away, is_other);
@@ -68,7 +63,7 @@ pub(crate) fn shared(a: &DMatrix<f64>, b: &DMatrix<f64>, measure: &Measure) -> f
         }
         of_other += nearest.iter().filter(|one| one.1).count();
     }
-    of_other as f64 / (asked * NEIGHBOURS).max(1) as f64
+    of_other as f64 / (asked * NEAREST_NEIGHBOURS).max(1) as f64
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::path::Stretch;
 
-/// An impact, or many that have accumulated.
+/// An impact, or a sequence of impacts that accumulate, taken as one at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Event {
+pub(crate) struct ImpactEvent {
     pub time: f64,
     pub stop: usize,
     /// The speed at which the stop was approached: none at the end of impacts that accumulate.
@@ -15,10 +15,10 @@ pub(crate) struct Event {
 
 /// The events of impacts, in order of time, and of the parts of a motion, of which those with impacts that accumulate count. These begin
 /// with the impacts before them on the same stop, each slower than the one before.
-pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Event> {
-    let mut all: Vec<Event> = Vec::with_capacity(impacts.len());
+pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<ImpactEvent> {
+    let mut all: Vec<ImpactEvent> = Vec::with_capacity(impacts.len());
     let mut rest = impacts.iter().peekable();
-    let event = |impact: &Impact| Event {
+    let event = |impact: &Impact| ImpactEvent {
         time: impact.time,
         stop: impact.stop,
         speed_before: impact.approach,
@@ -35,7 +35,7 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Event
             while let Some(before) = all.pop_if(|e| e.stop == stop && e.speed_before > last) {
                 last = before.speed_before;
             }
-            all.push(Event {
+            all.push(ImpactEvent {
                 time: part.end,
                 stop,
                 speed_before: 0.0,
@@ -79,7 +79,7 @@ mod tests {
             start: 3.7,
             end: 3.9,
         };
-        let times = |events: Vec<Event>| -> Vec<(f64, f64)> {
+        let times = |events: Vec<ImpactEvent>| -> Vec<(f64, f64)> {
             events.iter().map(|e| (e.time, e.speed_before)).collect()
         };
         let found = times(events(&impacts, &[chatter]));

@@ -1,4 +1,4 @@
-//! What a section is taken of: a trajectory, or one period of an orbit.
+//! The motions of which a section can be taken: a trajectory, or one period of an orbit.
 
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
@@ -41,11 +41,11 @@ pub(crate) trait Sectioned {
     fn paths(&self) -> Result<Vec<&Path>>;
     /// Position and velocity at a time.
     fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState>;
-    /// What gives the phase of the forcing at a time.
+    /// The phase of the forcing [rad] as a function of time.
     fn phase(&self) -> Box<dyn Fn(f64) -> f64 + '_>;
-    /// Whether that runs steadily.
+    /// Whether that phase grows at a constant rate.
     fn has_steady_phase(&self) -> bool;
-    /// Whether its end is its start again.
+    /// Whether the motion is closed: its end is its start.
     fn is_closed(&self) -> bool;
 }
 

@@ -4,7 +4,7 @@
 use crate::contact::roots::{roots_of, value as value_of};
 use crate::error::Result;
 use crate::model::PhysicalState;
-use crate::model::chebyshev::NODES;
+use crate::model::chebyshev::CHEBYSHEV_NODES;
 use crate::model::function_pieces::{Layout, polynomial_pieces};
 use crate::observer::go_on_unless_broken_off;
 use crate::path::Path;
@@ -36,7 +36,7 @@ pub(super) fn crossings(
     for (t, _) in &mut found {
         *t = t.clamp(start, end);
     }
-    // What closes has its end at its start.
+    // The end of a closed motion is its start, which counts once.
     let rounding = TIME_ROUNDING * (start.abs().max(end.abs()));
     let is_twice = |found: &[(f64, PhysicalState)]| {
         let [first, .., last] = found else {
@@ -66,9 +66,9 @@ fn rises(
     };
     debug_assert_eq!(row.len(), 2 * n);
     let span = path.arc(arc).span;
-    let looks = if span > 0.0 { 2 * NODES } else { 1 };
+    let looks = if span > 0.0 { 2 * CHEBYSHEV_NODES } else { 1 };
     let looks: Vec<(f64, f64)> = (0..looks)
-        .map(|k| at(span * k as f64 / (2 * NODES - 1) as f64))
+        .map(|k| at(span * k as f64 / (2 * CHEBYSHEV_NODES - 1) as f64))
         .collect();
     let size = looks.iter().fold(0.0, |most: f64, look| most.max(look.1));
     let rounding = ROOM_ROUNDING * size;
@@ -98,7 +98,7 @@ fn rises(
         ..Layout::of_span((0.0, span))
     };
     for piece in polynomial_pieces(&mut function, layout, &mut go_on_unless_broken_off)? {
-        let roots = roots_of::<NODES>(&piece.powers);
+        let roots = roots_of::<CHEBYSHEV_NODES>(&piece.powers);
         let ends = std::iter::once(&0.0).chain(roots.slice());
         let nexts = roots.slice().iter().chain([&1.0]);
         for (x, next) in ends.zip(nexts) {

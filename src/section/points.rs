@@ -5,7 +5,7 @@ use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
 use crate::path::ImpactSide;
 use crate::quantity::{finite, finite_vector, room_for};
-use crate::section::events::{Event, events};
+use crate::section::events::{ImpactEvent, events};
 use crate::section::motion::{Motion, Sectioned};
 use crate::section::plane::crossings;
 use nalgebra::{DMatrix, DVector};
@@ -61,18 +61,18 @@ pub struct PoincarePoints {
     pub t: Vec<f64>,
     /// The stop that was hit; `None` at a phase.
     pub stop: Vec<Option<usize>>,
-    /// The speed at which it was approached; zero after impacts that accumulate, NaN at a phase.
+    /// The speed at which it was approached, shape `(p,)`, \[m/s\]; zero after impacts that accumulate, NaN at a phase.
     pub speed_before: Vec<f64>,
     /// Phases of the forcing \[rad\], in [0, 2 pi), shape `(p,)`.
     pub phase: Vec<f64>,
-    /// Positions, shape `(p, n)`.
+    /// Positions, shape `(p, n)`, \[m\].
     pub q: DMatrix<f64>,
-    /// Velocities, after impacts, shape `(p, n)`.
+    /// Velocities, after impacts, shape `(p, n)`, \[m/s\].
     pub v: DMatrix<f64>,
 }
 
 impl PoincarePoints {
-    /// None yet of a motion of n coordinates, with room for some.
+    /// No points yet, with room for `count` of a motion of n coordinates.
     pub(crate) fn with_room(count: usize, n: usize) -> Self {
         Self {
             t: Vec::with_capacity(count),
@@ -145,7 +145,7 @@ pub fn poincare_points<'a>(
     points_of(&motion.into(), section)
 }
 
-/// The same of a motion of any kind.
+/// The points of a section of any kind of motion.
 pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<PoincarePoints> {
     match section {
         Section::Plane { row, value } => {
@@ -167,7 +167,7 @@ pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<Poi
             let mut points = at_times(motion, &times)?;
             for (
                 k,
-                Event {
+                ImpactEvent {
                     stop, speed_before, ..
                 },
             ) in events.into_iter().enumerate()
@@ -202,7 +202,7 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
         return Err(refused("the run goes along ramps"));
     }
     let (start, end) = motion.span();
-    // What is the phase at the start, but for rounding, is that.
+    // A phase that is the one at the start but for rounding counts as that.
     let rounding = f64::EPSILON * (start.abs().max(end.abs()) + period);
     let wait = wait(period, motion.phase()(start), phase);
     let first = if period - wait <= 4.0 * rounding {

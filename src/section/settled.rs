@@ -1,14 +1,14 @@
-//! What a motion has settled on: its period, and the stops that it hits in one.
+//! The regime on which a motion has settled: its period, and the stops that it hits in one.
 
 use crate::error::Result;
 use crate::orbit::Pattern;
 use crate::recurrence::{Advance, Measure, advance, repeats_after};
-use crate::section::events::{Event, events};
+use crate::section::events::{ImpactEvent, events};
 use crate::section::motion::Sectioned;
 use crate::section::points::{PoincarePoints, at_times, strobe_times};
 use std::f64::consts::TAU;
 
-/// What a motion has settled on.
+/// The regime on which a motion has settled.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Settled {
     /// Periods of the forcing after which it repeats itself, zero where it does not.
@@ -35,7 +35,8 @@ pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> 
     let (states, measure) = (points.states(), Measure::new(turns, TAU / period));
     let n_periods = repeats_after(&states, &measure, longest);
     let end = times.last().copied().unwrap_or_default();
-    let in_one = |event: &&Event| event.time <= end && event.time > end - n_periods as f64 * period;
+    let in_one =
+        |event: &&ImpactEvent| event.time <= end && event.time > end - n_periods as f64 * period;
     Ok(Settled {
         n_periods,
         n_impacts: events.len(),
@@ -47,7 +48,7 @@ pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> 
     })
 }
 
-/// The same of a motion that is seen after impacts, at some points: its period is a number of these.
+/// The regime of a motion from its states after impacts: its period is a number of these.
 pub(crate) fn settled_by_impacts(
     motion: &dyn Sectioned,
     points: &PoincarePoints,
@@ -99,9 +100,9 @@ pub(crate) fn farthest_from(mut angles: Vec<f64>) -> Option<f64> {
 }
 
 /// The stops of events in order, those of one instant together, from the smallest on.
-fn pattern<'e>(events: impl Iterator<Item = &'e Event>) -> Result<Pattern> {
+fn pattern<'e>(events: impl Iterator<Item = &'e ImpactEvent>) -> Result<Pattern> {
     let mut instants: Vec<(f64, Vec<usize>)> = Vec::new();
-    for &Event { time, stop, .. } in events {
+    for &ImpactEvent { time, stop, .. } in events {
         match instants.last_mut() {
             Some((last, stops)) if *last == time && !stops.contains(&stop) => stops.push(stop),
             _ => instants.push((time, vec![stop])),
@@ -132,13 +133,13 @@ mod tests {
 
     #[test]
     fn a_pattern_begins_with_its_smallest_stop() {
-        let event = |(time, stop): (f64, usize)| Event {
+        let event = |(time, stop): (f64, usize)| ImpactEvent {
             time,
             stop,
             speed_before: 1.0,
         };
         let of = |all: &[(f64, usize)]| {
-            let all: Vec<Event> = all.iter().copied().map(event).collect();
+            let all: Vec<ImpactEvent> = all.iter().copied().map(event).collect();
             pattern(all.iter()).expect("valid").instants().to_vec()
         };
         assert_eq!(of(&[(0.0, 1), (1.0, 0), (2.0, 1)]), [[0], [1], [1]]);

@@ -15,11 +15,11 @@ use std::sync::Arc;
 /// Runs along the Taylor series of a pendulum.
 pub(crate) type SeriesRun<'a, S, D> = Run<'a, IntegratedFlow<'a, S, D, Taylor>>;
 
-/// What is done with runs of a scene, whatever they are made of.
+/// A computation on runs of a scene that is compiled for each type of run.
 pub(crate) trait RunVisitor: Sized {
     type Output;
 
-    /// What takes linear scenes alone, to be named in errors.
+    /// The name in errors of what takes linear scenes alone.
     const BY_EXACT_FLIGHTS: &'static str;
 
     /// Takes what makes runs, and what reads the arcs that they keep but for motions with stops held, which a run leaves behind.
@@ -29,7 +29,7 @@ pub(crate) trait RunVisitor: Sized {
         evaluator: Evaluator,
     ) -> Result<Self::Output>;
 
-    /// The same of runs along Taylor series, which may go side by side.
+    /// Takes runs along Taylor series, which may be computed in a batch.
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
         self,
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
@@ -109,9 +109,9 @@ trait AnySteps {
 }
 
 /// The pair of orders 5 and 4.
-struct Pair;
+struct DormandPrinceSteps;
 
-impl AnySteps for Pair {
+impl AnySteps for DormandPrinceSteps {
     type Choice = ();
     type Of<S: State> = DormandPrince<S>;
 }
@@ -144,21 +144,21 @@ fn in_pairs<V: RunVisitor>(
 ) -> Result<V::Output> {
     match motion {
         SceneMotion::Full(m) if m.n_dof() == 1 => {
-            by_input!(m, m => in_steps::<[f64; 2], Pair, _, _>(&m, scene, options, (), visitor))
+            by_input!(m, m => in_steps::<[f64; 2], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
         }
         SceneMotion::Full(m) if m.n_dof() == 2 => {
-            by_input!(m, m => in_steps::<[f64; 4], Pair, _, _>(&m, scene, options, (), visitor))
+            by_input!(m, m => in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
         }
         SceneMotion::DoublePendulum(m) => {
-            by_input!(m, m => in_steps::<[f64; 4], Pair, _, _>(&m, scene, options, (), visitor))
+            by_input!(m, m => in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
         }
         SceneMotion::Nonlinear(m) if m.n_dof() == 1 => {
-            in_steps::<[f64; 2], Pair, _, _>(m, scene, options, (), visitor)
+            in_steps::<[f64; 2], DormandPrinceSteps, _, _>(m, scene, options, (), visitor)
         }
         SceneMotion::Nonlinear(m) if m.n_dof() == 2 => {
-            in_steps::<[f64; 4], Pair, _, _>(m, scene, options, (), visitor)
+            in_steps::<[f64; 4], DormandPrinceSteps, _, _>(m, scene, options, (), visitor)
         }
-        _ => in_steps::<Vec<f64>, Pair, _, _>(motion, scene, options, (), visitor),
+        _ => in_steps::<Vec<f64>, DormandPrinceSteps, _, _>(motion, scene, options, (), visitor),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::impact::Impact;
 use crate::model::{Parameter, Ramp, Scene};
-use crate::path::{ImpactSide, Impulses, Path, Point, check_time};
+use crate::path::{ImpactSide, Impulses, Path, PathPoint, check_time};
 use crate::simulate::kept::KeptChapter;
 use crate::simulate::trajectory::Trajectory;
 
@@ -45,7 +45,7 @@ impl Trajectory {
         &self,
         times: Option<&[f64]>,
         side: ImpactSide,
-    ) -> Result<Vec<(usize, Vec<Point>)>> {
+    ) -> Result<Vec<(usize, Vec<PathPoint>)>> {
         self.kept(0)?;
         let sampled = self.samples.as_ref().map(|(times, ..)| times.as_slice());
         let Some(given) = times.or(sampled) else {
@@ -54,7 +54,7 @@ impl Trajectory {
                 .map(|k| Ok((k, self.kept(k)?.0.points()?)))
                 .collect();
         };
-        let mut places: Vec<(usize, Vec<Point>)> = Vec::new();
+        let mut places: Vec<(usize, Vec<PathPoint>)> = Vec::new();
         for &t in given {
             check_time(t, self.span)?;
             let chapter = self.chapter_at(t, side);
@@ -67,11 +67,11 @@ impl Trajectory {
         Ok(places)
     }
 
-    /// What is had of the motion of each chapter at places.
+    /// A quantity of the motion at points, chapter by chapter.
     pub(super) fn each_kept<T>(
         &self,
-        places: &[(usize, Vec<Point>)],
-        of: impl Fn((&Path, &Scene), &[Point]) -> Result<Vec<T>>,
+        places: &[(usize, Vec<PathPoint>)],
+        of: impl Fn((&Path, &Scene), &[PathPoint]) -> Result<Vec<T>>,
     ) -> Result<Vec<T>> {
         let mut all = Vec::new();
         for (chapter, points) in places {
@@ -87,15 +87,15 @@ impl Trajectory {
             .unwrap_or_default()
     }
 
-    /// What the stops in contact on each segment of a chapter give.
+    /// The impulses of the stops in contact on each segment of a chapter.
     pub(super) fn impulses_of_segments(&self, chapter: usize) -> Result<&Vec<Vec<f64>>> {
-        let given = &self.chapters[chapter].given;
-        if let Some(known) = given.get() {
+        let cache = &self.chapters[chapter].contact_impulses;
+        if let Some(known) = cache.get() {
             return Ok(known);
         }
         let (path, scene) = self.kept(chapter)?;
         let impulses = Impulses::new(path, scene, self.impacts_of(chapter))?.of_segments()?;
-        Ok(given.get_or_init(|| impulses))
+        Ok(cache.get_or_init(|| impulses))
     }
 
     /// The ramps of the run.
@@ -112,20 +112,20 @@ impl Trajectory {
     /// Theory section 14.
     pub fn parameter(&self, t: f64, name: Option<Parameter>) -> Result<f64> {
         check_time(t, self.span)?;
-        let courses = self
+        let histories = self
             .ramped
             .as_ref()
-            .map_or(&[][..], |ramped| &ramped.schedule.courses);
-        let found = match (name, courses) {
+            .map_or(&[][..], |ramped| &ramped.schedule.histories);
+        let found = match (name, histories) {
             (None, [(_, only)]) => Some(only),
             (None, _) => None,
             (Some(name), _) => {
-                let own = courses.iter().find(|(own, _)| *own == name);
+                let own = histories.iter().find(|(own, _)| *own == name);
                 own.map(|(_, course)| course)
             }
         };
         let Some(course) = found else {
-            let names: Vec<String> = courses
+            let names: Vec<String> = histories
                 .iter()
                 .map(|(own, _)| format!("\"{own}\""))
                 .collect();

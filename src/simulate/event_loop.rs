@@ -1,6 +1,6 @@
-//! The loop of a simulation: fly to the next contact, strike, go on; complete impacts that accumulate, hold what stays in
-//! contact, let go what is pulled (theory 8, 9). Impacts are completed by `accumulates` here (one stop alone) and by `are_spent` in
-//! `strike.rs` (several stops, or beside stops held).
+//! The loop of a simulation: advance to the next event, resolve its impacts, go on; complete impacts that accumulate, hold the stops that
+//! stay in contact, release those whose force would pull (theory 8, 9). Impacts are completed by `accumulates` here (one stop alone) and by
+//! `are_spent` in `strike.rs` (several stops, or beside stops held).
 
 mod at_once;
 mod hold_or_release;
@@ -28,7 +28,7 @@ use nalgebra::DVector;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-/// Events at one instant, without an impact, after which there will be no end of them.
+/// Events at one instant, without an impact, after which a run gives up: it ends with `Status::UnresolvedContact`. [work]
 const MOST_EVENTS_AT_ONCE: usize = 64;
 
 /// How a run ended.
@@ -45,7 +45,7 @@ struct Unresolved {
 
 type Resolved = Result<std::result::Result<(), Unresolved>>;
 
-/// What the loop carries from contact to contact; one run after another, with its buffers.
+/// The state of the loop between two events, with its buffers; it serves one run after another.
 #[derive(Default)]
 pub(crate) struct EventLoop {
     /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
@@ -65,10 +65,10 @@ pub(crate) struct EventLoop {
     held: Vec<usize>,
     were_held: Vec<usize>,
     /// Stops in contact whose normal speed counts as exactly zero now.
-    still: Vec<usize>,
+    zero_speed: Vec<usize>,
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
     /// terms are smaller, and their rounding is not.
-    jolted: Vec<f64>,
+    prior_sizes: Vec<f64>,
     /// The impulses of the impacts of this instant, with their stops.
     impulses: Vec<(usize, f64)>,
     /// Instants at which only impacts without restitution came to an end.
@@ -78,9 +78,9 @@ pub(crate) struct EventLoop {
     /// How fast each stop was approached at its last impact, zero before.
     approaches: Vec<f64>,
     /// The stops let go at one instant.
-    let_go: AtOnce,
+    releases: AtOnce,
     /// The stops that opened late and were closed again at the same instant, without an impact.
-    closed_again: AtOnce,
+    reclosings: AtOnce,
     /// The time that a user sees at the last event, the impacts by then, and the events since either changed.
     events_at: (f64, usize, usize),
     pub stats: Stats,
@@ -118,7 +118,7 @@ impl EventLoop {
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
                 return Ok(ending);
             }
-            if record.watch.is_done {
+            if record.monitor.is_done {
                 return Ok(self.ended(now.get(), Status::Finished));
             }
         }
@@ -141,9 +141,9 @@ impl EventLoop {
         self.reaches.resize(n_stops, 0.0);
         self.held.clear();
         self.were_held.clear();
-        self.still.clear();
-        self.jolted.clear();
-        self.jolted.resize(n_stops, 0.0);
+        self.zero_speed.clear();
+        self.prior_sizes.clear();
+        self.prior_sizes.resize(n_stops, 0.0);
         self.impulses.clear();
         self.n_inelastic = 0;
         self.last_impact = None;
@@ -151,8 +151,8 @@ impl EventLoop {
         self.approaches.resize(n_stops, 0.0);
         self.departure = None;
         (self.break_ahead, self.is_at_break) = (None, false);
-        self.let_go.clear();
-        self.closed_again.clear();
+        self.releases.clear();
+        self.reclosings.clear();
         self.events_at = (t0, 0, 0);
         let begun = self.begin(flow, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved.at(t0)))
@@ -196,7 +196,7 @@ impl EventLoop {
         })
     }
 
-    /// What happens where a flight has ended; the end of the run, if it is that.
+    /// Resolves the event at the end of a flight; returns the end of the run, if it is that.
     pub fn arrive<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
@@ -296,7 +296,7 @@ impl EventLoop {
             if is_zero(given.gap) || gap <= margin && self.is_closed(system, stop) {
                 self.touching.push(stop);
                 if is_zero(given.speed) {
-                    self.still.push(stop);
+                    self.zero_speed.push(stop);
                 }
             }
         }
@@ -320,7 +320,7 @@ impl EventLoop {
         self.closes_at(system, stop, system.gap(stop))
     }
 
-    /// The same of a stop whose gap is known.
+    /// [`closes`](Self::closes) for a stop whose gap has been evaluated.
     fn closes_at<Y: HybridSystem + ?Sized>(
         &self,
         system: &Y,
@@ -330,7 +330,7 @@ impl EventLoop {
         state.speed < 0.0
             && state.speed < -least_speed(system, stop, state)
             && !self.held.contains(&stop)
-            && !self.still.contains(&stop)
+            && !self.zero_speed.contains(&stop)
     }
 
     /// Whether so many events without an impact fell on one instant, to some roundings of its time, or to one of the time left, that
@@ -377,7 +377,7 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         self.touching.clear();
-        self.still.clear();
+        self.zero_speed.clear();
         self.impulses.clear();
         let arrived = system.gap(reached);
         // How many roundings may be left of the gap that was reached, and of others at that instant.
@@ -391,7 +391,7 @@ impl EventLoop {
             // What those held keep closed has no speed, whatever rounding makes of it.
             let faces = self.faces_held(system, stop);
             if faces {
-                self.still.push(stop);
+                self.zero_speed.push(stop);
             }
             let is_left = || {
                 let (gap, rounding) = (system.gap(stop), system.rounding(stop));
@@ -422,7 +422,7 @@ impl EventLoop {
         if self.root_orders[reached] == LATE && !self.closes(system, reached) {
             let now = system.clock().time();
             if self.departed_at(now) {
-                self.closed_again.note(now, reached);
+                self.reclosings.note(now, reached);
             }
         }
     }
@@ -448,8 +448,8 @@ impl EventLoop {
         let span = chatter_at(system, stop).span().min(left);
         system.complete_chatter(&[stop], span, record)?;
         self.last_impact = None;
-        self.still.clear();
-        self.still.push(stop);
+        self.zero_speed.clear();
+        self.zero_speed.push(stop);
         self.settle(system)
     }
 

@@ -74,7 +74,7 @@ impl Gathered {
                 span: (start, time),
                 n_dof,
             }),
-            given: OnceLock::new(),
+            contact_impulses: OnceLock::new(),
             span: (start, time),
             impacts: first..all.impacts.len(),
         });

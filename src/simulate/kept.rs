@@ -1,4 +1,4 @@
-//! What is kept of the chapters of a run (`schedule.rs`): one where there is no ramp.
+//! The chapters of a run (`schedule.rs`) as a trajectory keeps them: one where there is no ramp.
 
 use crate::model::Ramp;
 use crate::path::Path;
@@ -6,13 +6,14 @@ use crate::simulate::schedule::Schedule;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// What is kept of a chapter.
+/// A chapter as a trajectory keeps it.
 #[derive(Debug, Clone)]
 pub(crate) struct KeptChapter {
     /// The motion, if it is kept.
     pub path: Option<Path>,
-    /// What stops give on each segment of the path, once it has been asked for.
-    pub given: OnceLock<Vec<Vec<f64>>>,
+    /// The impulses of the stops in contact on each segment of the path, computed when first asked for: for each segment shape
+    /// `(n_contacts,)`, [N s].
+    pub contact_impulses: OnceLock<Vec<Vec<f64>>>,
     pub span: (f64, f64),
     /// Its impacts among those of the run.
     pub impacts: Range<usize>,

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::steps::chosen::StepChoice;
 use crate::hybrid::has_series;
-use crate::model::{Parameter, Ramp, RampCourse, Scene, System};
+use crate::model::{Parameter, Ramp, RampProfile, Scene, System};
 use nalgebra::DVector;
 
 /// How the flights are computed.
@@ -78,7 +78,7 @@ impl Method {
     /// # Errors
     /// Exact flights along a steady ramp of what acts, flights in closed form or by series along one of the damping.
     pub(crate) fn under(self, ramps: &[Ramp], scene: &Scene) -> Result<Self> {
-        let is_steady = |ramp: &&Ramp| !matches!(ramp.course(), RampCourse::Steps { .. });
+        let is_steady = |ramp: &&Ramp| !matches!(ramp.profile(), RampProfile::Steps { .. });
         let of = |named: &[Parameter]| {
             let mut steady = ramps.iter().filter(is_steady).map(Ramp::parameter);
             steady.find(|parameter| named.contains(parameter))

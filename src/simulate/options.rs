@@ -32,7 +32,7 @@ pub struct SimulateOptions {
     /// `n.v` at the start times the time of a turn; where steps are taken the smallest of those of gaps and coordinates; 1e-12
     /// where all are zero. A number is absolute, in the units of the coordinates. [`Stats::atol`] has the one that was used.
     pub atol: Option<f64>,
-    /// Times at which the motion is wanted, ascending and inside the span.
+    /// Times at which the motion is wanted, shape `(m,)`, \[s\], ascending and inside the span.
     pub t_eval: Option<Vec<f64>>,
     /// What is kept.
     pub keep: Keep,
@@ -57,7 +57,7 @@ impl Default for SimulateOptions {
 }
 
 impl SimulateOptions {
-    /// Those of a run by a method, with its relative and its absolute tolerance, of which so much is kept.
+    /// The options of a run by a method, with its relative and its absolute tolerance and what it keeps.
     pub(crate) fn by(method: Method, (rtol, atol): (f64, Option<f64>), keep: Keep) -> Self {
         Self {
             method,
@@ -76,7 +76,7 @@ impl SimulateOptions {
         }
     }
 
-    /// Those of a chapter of a run of a scene that is to go until a time: the times that fall into it.
+    /// The options of one chapter of a run of a scene that is to go until a time: the sample times that fall into it.
     ///
     /// # Errors
     /// A method that cannot follow the ramps.
@@ -225,7 +225,7 @@ impl Stats {
         }
     }
 
-    /// The same with what a flow counted.
+    /// Adds the counts of a flow.
     pub(crate) fn with(self, counts: Counts) -> Self {
         Self {
             n_rhs: counts.rhs,

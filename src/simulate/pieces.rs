@@ -12,11 +12,11 @@ use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// Impacts in a piece.
-const IMPACTS: usize = 1024;
+/// Impacts in a piece of a run. [work]
+const IMPACTS_PER_PIECE: usize = 1024;
 
 /// A piece of a run.
-pub(crate) struct Piece {
+pub(crate) struct RunPiece {
     pub impacts: Vec<Impact>,
     pub grazes: Vec<Graze>,
     parts: PathParts,
@@ -24,7 +24,7 @@ pub(crate) struct Piece {
     span: (f64, f64),
 }
 
-impl Piece {
+impl RunPiece {
     /// Its motion, that n coordinates make.
     pub fn path(&mut self, mut evaluator: Evaluator, n_dof: usize) -> Path {
         if let Evaluator::Exact { held, .. } = &mut evaluator {
@@ -40,14 +40,15 @@ impl Piece {
 }
 
 impl<M: AnyLoop> Run<'_, M> {
-    /// A run over a span that hands on its motion after so many impacts, and after a time where one is given, at which flights end then.
+    /// A run over a span that hands on its motion after a number of impacts, and, where `every` is given, after each such time, at which
+    /// flights then end.
     pub fn in_pieces(
         &mut self,
         (q0, v0): (&DVector<f64>, &DVector<f64>),
         (start, end): (f64, f64),
         every: Option<f64>,
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-        take: &mut dyn FnMut(Piece) -> Result<()>,
+        take: &mut dyn FnMut(RunPiece) -> Result<()>,
     ) -> Result<Ending> {
         let mut record = Record::new(self.options, self.n_dof);
         let mut ending = self.begin((q0, v0, start), &mut record)?;
@@ -67,7 +68,7 @@ impl<M: AnyLoop> Run<'_, M> {
                 ended
             } else {
                 let some = SimulateOptions {
-                    max_impacts: Some(events.stats.n_impacts + IMPACTS),
+                    max_impacts: Some(events.stats.n_impacts + IMPACTS_PER_PIECE),
                     ..(*options).clone()
                 };
                 events.go_on(flow, to, &some, &mut record, observer)?
@@ -83,7 +84,7 @@ impl<M: AnyLoop> Run<'_, M> {
             }
             let whole = std::mem::replace(&mut record, Record::new(options, *n_dof));
             let (impacts, grazes, _, parts) = whole.finish();
-            take(Piece {
+            take(RunPiece {
                 impacts,
                 grazes,
                 parts: parts.unwrap_or_default(),

@@ -1,11 +1,11 @@
-//! What will run for a scene, in words: the same choice that the machinery makes by type.
+//! The method that a run of a scene will use, in words: the same choice that is made by type elsewhere.
 
 use crate::error::{Result, digits};
 use crate::flow::{ModalScene, SceneFlow};
 use crate::hybrid::{has_series, series_order};
 use crate::modal::Form;
 use crate::model::{
-    Constraint, ContactGeometry, Parameter, Ramp, RampCourse, Rotations, Scene, overlaps,
+    Constraint, ContactGeometry, Parameter, Ramp, RampProfile, Rotations, Scene, overlaps,
 };
 use crate::simulate::options::SimulateOptions;
 
@@ -36,8 +36,8 @@ pub fn plan_under(scene: &Scene, ramps: &[Ramp]) -> Result<String> {
         ""
     };
     for ramp in ramps {
-        let how = match (ramp.course(), ramp.parameter()) {
-            (RampCourse::Steps { .. }, _) => "a scene of its own at each level".to_owned(),
+        let how = match (ramp.profile(), ramp.parameter()) {
+            (RampProfile::Steps { .. }, _) => "a scene of its own at each level".to_owned(),
             (_, Parameter::Frequency | Parameter::Phase | Parameter::ForcingScale) => {
                 format!("what acts in polynomials of degree 8, to 1e-14{by}")
             }
@@ -100,7 +100,7 @@ fn machinery(scene: &Scene) -> Result<String> {
     Ok(format!("{flights}; {forcing}; {stops}"))
 }
 
-/// What acts, in words.
+/// The excitation in words.
 fn acting(rotations: &Rotations, n_signals: usize) -> String {
     let turning = match (rotations.n_harmonics, rotations.tones.len()) {
         (0, 0) => None,

@@ -5,8 +5,8 @@ use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
 use crate::observer::is_broken_off;
 use crate::path::{PathParts, PathSegment, Samples};
+use crate::simulate::monitor::MonitorSlot;
 use crate::simulate::options::{Keep, SimulateOptions};
-use crate::simulate::watch::Watch;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
@@ -17,7 +17,8 @@ pub(crate) struct Record {
     grazes: Vec<Graze>,
     kept: Option<PathParts>,
     samples: Option<Sampler>,
-    pub watch: Watch,
+    /// What inspects the run while it goes on, and may end it.
+    pub monitor: MonitorSlot,
     /// Whether the next segment is a part of the last one.
     goes_on: bool,
 }
@@ -45,7 +46,7 @@ impl Record {
             grazes: Vec::new(),
             kept: (options.keep == Keep::Motion).then(PathParts::default),
             samples: options.t_eval.as_ref().map(sampler),
-            watch: Watch::default(),
+            monitor: MonitorSlot::default(),
             goes_on: false,
         }
     }
@@ -83,20 +84,20 @@ impl Record {
         }
     }
 
-    /// Lets the watcher look at a piece of the motion as often as it wants to.
-    fn watch(&mut self, &ArcSpan { start, span, .. }: &ArcSpan, motion: &mut dyn ArcMotion) {
-        let Watch { watcher, is_done } = &mut self.watch;
-        let Some(watcher) = watcher else {
+    /// Shows the monitor the states of an arc at the times that it asked for.
+    fn inspect_arc(&mut self, &ArcSpan { start, span, .. }: &ArcSpan, motion: &mut dyn ArcMotion) {
+        let MonitorSlot { monitor, is_done } = &mut self.monitor;
+        let Some(monitor) = monitor else {
             return;
         };
         let end = start.after(span).time();
-        if span <= 0.0 || *is_done || watcher.next() >= end {
+        if span <= 0.0 || *is_done || monitor.next() >= end {
             return;
         }
-        let first = start.until(start.at(watcher.next())).clamp(0.0, span);
-        motion.strobe([first, watcher.every()], &mut |state| {
-            *is_done = watcher.look(state).is_break();
-            if *is_done || watcher.next() >= end {
+        let first = start.until(start.at(monitor.next())).clamp(0.0, span);
+        motion.strobe([first, monitor.every()], &mut |state| {
+            *is_done = monitor.inspect(state).is_break();
+            if *is_done || monitor.next() >= end {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -127,7 +128,7 @@ impl Recorder for Record {
     fn wanted(&self) -> Wanted {
         Wanted {
             events: self.keep != Keep::Final,
-            arcs: self.kept.is_some() || self.samples.is_some() || self.watch.watcher.is_some(),
+            arcs: self.kept.is_some() || self.samples.is_some() || self.monitor.monitor.is_some(),
         }
     }
 
@@ -147,7 +148,7 @@ impl Recorder for Record {
             |&t: &f64| t < start.after(*span).time() || last.is_some_and(|last| t <= last);
         self.kept.is_some()
             || next().is_some_and(is_sampled)
-            || self.watch.wants_before(start.after(*span).time())
+            || self.monitor.wants_before(start.after(*span).time())
     }
 
     fn arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
@@ -155,11 +156,11 @@ impl Recorder for Record {
             kept.push(arc, motion);
         }
         self.sample(arc, motion);
-        self.watch(arc, motion);
+        self.inspect_arc(arc, motion);
     }
 
     fn is_satisfied(&self) -> bool {
-        self.watch.is_done
+        self.monitor.is_done
     }
 
     fn graze(&mut self, graze: Graze) {

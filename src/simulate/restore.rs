@@ -17,8 +17,8 @@ use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
 
-/// Polynomials of steps are of a lower degree than any series.
-const LEAST_SERIES: usize = 8;
+/// The least order of a series in a saved motion: numbers below it are degrees of the polynomials of steps. [exact]
+const LEAST_SERIES_ORDER: usize = 8;
 
 impl Trajectory {
     /// The trajectory as plain numbers.
@@ -102,7 +102,7 @@ impl Trajectory {
                 path: motion
                     .map(|motion| path(own, (start, end), motion))
                     .transpose()?,
-                given: OnceLock::new(),
+                contact_impulses: OnceLock::new(),
                 span: (start, end),
                 impacts: first..last,
             });
@@ -178,7 +178,7 @@ fn numbers(path: &Path) -> SavedMotion {
 /// The motion of a scene that was saved.
 fn path(scene: &Scene, span: (f64, f64), motion: SavedMotion) -> Result<Path> {
     let (n_dof, order) = (scene.n_dof(), motion.3);
-    let mut evaluator = if order >= LEAST_SERIES {
+    let mut evaluator = if order >= LEAST_SERIES_ORDER {
         Evaluator::Series { order }
     } else if order > 0 {
         Evaluator::Steps { degree: order }

@@ -5,14 +5,14 @@ use crate::flow::ConstrainedMotion;
 use crate::hybrid::{AnyLoop, HybridFlow, Present};
 use crate::model::PhysicalState;
 use crate::simulate::event_loop::{Ending, EventLoop};
+use crate::simulate::monitor::RunMonitor;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
-use crate::simulate::watch::Watcher;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What a run leaves behind.
+/// The outcome of a run.
 pub(crate) struct Done {
     pub ending: Ending,
     pub last: PhysicalState,
@@ -71,16 +71,17 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         self.finish(ending, record)
     }
 
-    /// The same while somebody looks at it, who may end it: in parts of some time, so that no contact is sought long after that.
-    pub fn watched(
+    /// A run that a monitor inspects and may end. It is made in parts of a given length of time, so that no contact is sought long after the
+    /// end.
+    pub fn monitored(
         &mut self,
         (q0, v0): (&DVector<f64>, &DVector<f64>),
         (start, end): (f64, f64),
-        (watcher, every): (Box<dyn Watcher>, f64),
+        (monitor, every): (Box<dyn RunMonitor>, f64),
         observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
         let mut record = Record::new(self.options, self.n_dof);
-        record.watch.watcher = Some(watcher);
+        record.monitor.monitor = Some(monitor);
         let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {
             flow,
@@ -96,7 +97,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
             }
             let to = end.min(start + every * f64::from(parts));
             let ended = events.go_on(flow, to, options, &mut record, observer)?;
-            let goes_on = ended.status == Status::Finished && !record.watch.is_done && to < end;
+            let goes_on = ended.status == Status::Finished && !record.monitor.is_done && to < end;
             ending = if goes_on {
                 events.go_past(flow.system(), to, &mut record)?
             } else {
@@ -107,7 +108,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         self.finish(ending, record)
     }
 
-    /// What a run that has ended leaves behind.
+    /// The outcome of a run that has ended.
     pub fn finish(&mut self, mut ending: Ending, mut record: Record) -> Result<Done> {
         let Self { flow, events, .. } = self;
         if ending.status != Status::Finished {

@@ -20,7 +20,7 @@ pub struct SavedTrajectory {
     pub impacts: Vec<(f64, usize, f64, f64, f64, f64)>,
     /// Time, stop and depth of each graze.
     pub grazes: Vec<(f64, usize, f64)>,
-    /// Final position and velocity.
+    /// Final position \[m\] and velocity \[m/s\], shape `(n_dof,)` each.
     pub last: (Vec<f64>, Vec<f64>),
     /// The motion kept, of each chapter of the run: one where there was no ramp.
     pub motion: Option<Vec<SavedMotion>>,

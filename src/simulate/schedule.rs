@@ -1,18 +1,17 @@
-//! The chapters of a run under ramps (theory 14): spans of time in each of which one scene holds. The angles of what turns go on from
-//! chapter to chapter, and so does the state.
+//! The chapters of a run under ramps (theory 14): spans of time in each of which one scene holds. State and forcing angles are continuous
+//! from chapter to chapter.
 
 use crate::error::{Error, Result};
 use crate::hybrid::clock::Clock;
 use crate::model::{
-    Change, Drift, Moving, Parameter, Ramp, RampCourse, Scene, Way, drifting, value_of,
+    Change, Drift, Parameter, Ramp, RampProfile, RampRange, Scene, SteadyRamp, drifting, value_of,
 };
 use crate::observer::ObserverFn;
+use crate::tolerance::DWELL_ROUNDING;
 use std::f64::consts::TAU;
 
-/// Chapters beyond which a run is not begun.
+/// The most chapters of a run. [work]
 const MOST_CHAPTERS: usize = 1 << 20;
-/// What is left of a dwell, in turns, that is its end.
-const NO_TURN: f64 = 1e-9;
 
 /// A span of time in which one scene holds.
 #[derive(Debug, Clone)]
@@ -24,18 +23,18 @@ pub(crate) struct Chapter {
     drift: Drift,
 }
 
-/// A value of a number, from a time on.
+/// A time, and the value that a number has from then on.
 type Since = (f64, f64);
 
-/// How a number goes along a run.
+/// The value of a number as a function of time along a run.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Course {
+pub(crate) enum ParameterHistory {
     /// In levels, each from a time on.
     Levels(Vec<Since>),
-    Steady(Moving),
+    Steady(SteadyRamp),
 }
 
-impl Course {
+impl ParameterHistory {
     /// The value at a time.
     pub fn at(&self, t: f64) -> f64 {
         match self {
@@ -48,11 +47,11 @@ impl Course {
     }
 }
 
-/// The chapters of a run, and how each number goes.
+/// The chapters of a run, and each number that a ramp changes as a function of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     pub chapters: Vec<Chapter>,
-    pub courses: Vec<(Parameter, Course)>,
+    pub histories: Vec<(Parameter, ParameterHistory)>,
 }
 
 impl Chapter {
@@ -73,30 +72,30 @@ impl Chapter {
     }
 }
 
-/// A ramp in levels on its way.
-struct Levels {
+/// A ramp in levels, as far as it has come.
+struct SteppedRamp {
     parameter: Parameter,
-    way: Way,
+    range: RampRange,
     count: usize,
     dwell: f64,
     /// The level that holds, and what is left of its dwell, in turns.
     level: usize,
     left: f64,
-    course: Vec<Since>,
+    history: Vec<Since>,
 }
 
-impl Levels {
+impl SteppedRamp {
     fn is_done(&self) -> bool {
         self.level + 1 >= self.count
     }
 }
 
-/// The numbers of a run as they go.
-struct Walk {
+/// Makes the chapters of a run one after another: the numbers at the start of the next chapter.
+struct ScheduleBuilder {
     /// The scene with its angles, and what has been reached of everything else but factors.
     steady: Scene,
-    levels: Vec<Levels>,
-    steady_ramps: Vec<(Parameter, Moving)>,
+    levels: Vec<SteppedRamp>,
+    steady_ramps: Vec<(Parameter, SteadyRamp)>,
     /// Factors on forcing and damping where they do not drift.
     factors: [f64; 2],
     now: f64,
@@ -135,7 +134,7 @@ impl Schedule {
         span: (f64, f64),
         go_on: ObserverFn<'_>,
     ) -> Result<Self> {
-        let mut walk = Walk {
+        let mut builder = ScheduleBuilder {
             steady: scene.clone(),
             levels: Vec::new(),
             steady_ramps: Vec::new(),
@@ -157,12 +156,12 @@ impl Schedule {
             }
         }
         for ramp in ramps {
-            walk.add(scene, *ramp)?;
+            builder.add(scene, *ramp)?;
         }
         let mut chapters = Vec::new();
         loop {
-            let end = walk.next_change().min(span.1);
-            chapters.push(walk.chapter(end, go_on)?);
+            let end = builder.next_change().min(span.1);
+            chapters.push(builder.chapter(end, go_on)?);
             if end >= span.1 {
                 break;
             }
@@ -170,16 +169,16 @@ impl Schedule {
                 let rule = format!("a run has at most {MOST_CHAPTERS} levels");
                 return Err(Error::bad_value("levels", chapters.len(), rule));
             }
-            walk.go_on(end)?;
+            builder.go_on(end)?;
         }
         Ok(Self {
             chapters,
-            courses: walk.courses(),
+            histories: builder.histories(),
         })
     }
 }
 
-impl Walk {
+impl ScheduleBuilder {
     /// Begins a ramp.
     fn add(&mut self, scene: &Scene, ramp: Ramp) -> Result<()> {
         let parameter = ramp.parameter();
@@ -193,11 +192,11 @@ impl Walk {
                 rule,
             ));
         }
-        let way = ramp.way(from)?;
-        let moving = match ramp.course() {
-            RampCourse::Over(time) => way.over(self.now, time),
-            RampCourse::Rate(rate) => way.at_rate(self.now, rate),
-            RampCourse::Steps { levels, dwell } => {
+        let range = ramp.range(from)?;
+        let moving = match ramp.profile() {
+            RampProfile::Over(time) => range.over(self.now, time),
+            RampProfile::Rate(rate) => range.at_rate(self.now, rate),
+            RampProfile::Steps { levels, dwell } => {
                 if parameter == Parameter::Phase {
                     let rule = "a phase that jumps is another run: give over= or rate=";
                     return Err(Error::bad_value("levels", levels, rule));
@@ -207,14 +206,14 @@ impl Walk {
                     let rule = "it counts forcing periods, and the scene has no forcing: give over= or rate=";
                     return Err(Error::bad_value("dwell", dwell, rule));
                 }
-                self.levels.push(Levels {
+                self.levels.push(SteppedRamp {
                     parameter,
-                    way,
+                    range,
                     count: if from == ramp.to() { 1 } else { levels },
                     dwell,
                     level: 0,
                     left: dwell,
-                    course: vec![(self.now, from)],
+                    history: vec![(self.now, from)],
                 });
                 return Ok(());
             }
@@ -224,7 +223,7 @@ impl Walk {
     }
 
     /// The ramp of a number that drifts now.
-    fn drifting(&self, parameter: Parameter) -> Option<Moving> {
+    fn drifting(&self, parameter: Parameter) -> Option<SteadyRamp> {
         let own = self
             .steady_ramps
             .iter()
@@ -238,7 +237,7 @@ impl Walk {
         &self,
         one: impl Fn(usize) -> Parameter,
         all: Parameter,
-    ) -> Vec<Option<Moving>> {
+    ) -> Vec<Option<SteadyRamp>> {
         let of = |i: usize| self.drifting(one(i)).or_else(|| self.drifting(all));
         (0..self.steady.stops().len()).map(of).collect()
     }
@@ -278,7 +277,7 @@ impl Walk {
         ends.min(self.after_turns(turns, ends))
     }
 
-    /// When the forcing has made so many turns from now on; no later than a time.
+    /// The time at which the forcing has made a number of turns from now on; no later than `latest`.
     fn after_turns(&self, turns: f64, latest: f64) -> f64 {
         let angle = turns * TAU;
         if self.drifting(Parameter::Frequency).is_none() {
@@ -348,7 +347,7 @@ impl Walk {
             ..Drift::default()
         };
         if gone.turns_into_signals() {
-            self.turn(&gone, gone.frequency.map(Moving::last), then)?;
+            self.turn(&gone, gone.frequency.map(SteadyRamp::last), then)?;
         }
         for (parameter, moving) in ended {
             self.set(parameter, moving.last())?;
@@ -356,10 +355,10 @@ impl Walk {
         let mut changed = Vec::new();
         for steps in self.levels.iter_mut().filter(|steps| !steps.is_done()) {
             steps.left -= turns;
-            if steps.left <= NO_TURN * steps.dwell {
+            if steps.left <= DWELL_ROUNDING * steps.dwell {
                 (steps.level, steps.left) = (steps.level + 1, steps.dwell);
-                let value = steps.way.level(steps.level, steps.count);
-                steps.course.push((then, value));
+                let value = steps.range.level(steps.level, steps.count);
+                steps.history.push((then, value));
                 changed.push((steps.parameter, value));
             }
         }
@@ -396,12 +395,13 @@ impl Walk {
         Ok(())
     }
 
-    /// How each number goes.
-    fn courses(self) -> Vec<(Parameter, Course)> {
+    /// Each number that a ramp changes as a function of time.
+    fn histories(self) -> Vec<(Parameter, ParameterHistory)> {
         let steps = self.levels.into_iter();
-        let steps = steps.map(|steps| (steps.parameter, Course::Levels(steps.course)));
+        let steps = steps.map(|steps| (steps.parameter, ParameterHistory::Levels(steps.history)));
         let steady = self.steady_ramps.into_iter();
-        let steady = steady.map(|(parameter, moving)| (parameter, Course::Steady(moving)));
+        let steady =
+            steady.map(|(parameter, moving)| (parameter, ParameterHistory::Steady(moving)));
         steps.chain(steady).collect()
     }
 }

@@ -22,6 +22,7 @@ pub struct Trajectory {
     pub(crate) span: (f64, f64),
     pub(crate) impacts: Vec<Impact>,
     pub(crate) grazes: Vec<Graze>,
+    /// Times, shape `(m,)`, [s], positions, shape `(m, n_dof)`, [m], and velocities, shape `(m, n_dof)`, [m/s], at `t_eval`.
     pub(crate) samples: Option<(Vec<f64>, DMatrix<f64>, DMatrix<f64>)>,
     pub(crate) last: PhysicalState,
     pub(crate) status: Status,

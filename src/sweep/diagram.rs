@@ -16,11 +16,9 @@ use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
 use crate::sweep::existence::Axis;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::tolerance::DIAGRAM_LONGEST_PERIOD;
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-
-/// The longest period that is looked for.
-const LONGEST: usize = 32;
 
 /// In which order the values are gone through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,8 +37,8 @@ pub enum Direction {
 pub struct DiagramOptions {
     /// In which order the values are gone through.
     pub direction: Direction,
-    /// Position and velocity at the first value, and without `carry` at each; `None`: at rest at zero. What lies behind a stop is put
-    /// onto it.
+    /// Position and velocity at the first value, and without `carry` at each, shape `(n,)` each, \[units of q and v\]; `None`: at rest at
+    /// zero. A position beyond a stop is moved onto it.
     pub start: Option<(DVector<f64>, DVector<f64>)>,
     /// Periods of the forcing that are left out at each value, default 200; of a scene without one impacts are counted.
     pub transient: usize,
@@ -83,12 +81,12 @@ impl Default for DiagramOptions {
 /// What a motion of n coordinates settles on at m values of a number of its scene: p points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BifurcationDiagram {
-    /// The values in the order in which they were gone through, shape `(m,)`: up, then down.
+    /// The values in the order in which they were gone through, shape `(m,)`, \[unit of the parameter\]: up, then down.
     pub parameter: Vec<f64>,
     /// Whether each was gone through upwards, shape `(m,)`.
     pub is_up: Vec<bool>,
-    /// After how many periods of the forcing, or points where it has none, the motion repeats itself, up to 32 and half of those that are looked at; zero where it
-    /// does not. Shape `(m,)`.
+    /// After how many periods of the forcing, or points where it has none, the motion repeats itself, up to 32 and half of those that are
+    /// sampled; zero where it does not. Shape `(m,)`.
     pub n_periods: Vec<usize>,
     /// Impacts in the periods that are looked at; those that accumulate until a stop is at rest count as one. Shape `(m,)`.
     pub n_impacts: Vec<usize>,
@@ -306,7 +304,7 @@ fn at_value(
         points.truncate(options.periods);
     }
     Ok(AtValue {
-        settled: settled(&motion, &vec![0.0; scene.n_dof()], LONGEST)?,
+        settled: settled(&motion, &vec![0.0; scene.n_dof()], DIAGRAM_LONGEST_PERIOD)?,
         points,
         status: if transient.status() == Status::Finished {
             seen.status()
@@ -343,7 +341,7 @@ fn by_impacts(
         status => status,
     };
     Ok(AtValue {
-        settled: settled_by_impacts(&motion, &points, LONGEST)?,
+        settled: settled_by_impacts(&motion, &points, DIAGRAM_LONGEST_PERIOD)?,
         points,
         status,
         last: own(&seen),

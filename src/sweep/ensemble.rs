@@ -18,10 +18,10 @@ use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
-/// Trajectories that a thread takes at a time.
-const TILE: usize = 8;
-/// The same where several run abreast: the last of a tile run with empty places beside them.
-const TILE_ABREAST: usize = 32;
+/// Trajectories that a thread takes at a time. [work]
+const ENSEMBLE_TILE: usize = 8;
+/// Trajectories that a thread takes at a time where they run in lanes of a batch: more, since lanes stay empty at the end of a tile. [work]
+const ENSEMBLE_BATCH_TILE: usize = 32;
 
 /// The scenes of many runs.
 #[derive(Debug, Clone, Copy)]
@@ -74,15 +74,15 @@ impl Scenes<'_> {
 /// Many trajectories, one row each: their ends, or their motions at given times, and their impacts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
-    /// Final positions, shape `(k, n)`.
+    /// Final positions, shape `(k, n)`, \[units of q\].
     pub q: DMatrix<f64>,
-    /// Final velocities, shape `(k, n)`.
+    /// Final velocities, shape `(k, n)`, \[units of v\].
     pub v: DMatrix<f64>,
     /// Impacts of each trajectory, shape `(k,)`.
     pub n_impacts: Vec<usize>,
     /// How each ended, shape `(k,)`.
     pub status: Vec<Status>,
-    /// The impacts of each trajectory with `Keep::Impacts`, empty lists without; `(k,)`.
+    /// The impacts of each trajectory with `Keep::Impacts`, empty lists without; shape `(k,)`.
     pub impacts: Vec<Vec<Impact>>,
     /// Times, positions and velocities of each trajectory at `t_eval`, as far as it went; `None` without.
     pub samples: Option<Vec<Samples>>,
@@ -100,7 +100,7 @@ struct TrajectoryEnd {
 }
 
 /// Simulates one scene from many states, or many scenes; the same bits as one by one. Rows of `q0` and `v0` have the shape (k,
-/// n), or (1, n) for all. Pendulums with large motions that share a scene run four or eight abreast, as wide as the registers
+/// n), or (1, n) for all. Pendulums with large motions that share a scene run in batches of four or eight, as wide as the registers
 /// are, their Taylor series made together. A start inside a stop is left as it is, with the status [`Status::InsideStop`].
 ///
 /// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
@@ -215,7 +215,7 @@ fn simulate_rows(
                         .map_err(|e| of_row(i, e)),
                 }
             };
-            fill(&mut ends, TILE, sweep, || Ok(()), work, observer)?;
+            fill(&mut ends, ENSEMBLE_TILE, sweep, || Ok(()), work, observer)?;
         }
     }
     Ok(Ensemble {
@@ -263,7 +263,14 @@ impl RunVisitor for ManyRuns<'_> {
             }
         };
         let one = || Ok(make());
-        fill(self.ends, TILE, self.sweep, one, work, self.observer)
+        fill(
+            self.ends,
+            ENSEMBLE_TILE,
+            self.sweep,
+            one,
+            work,
+            self.observer,
+        )
     }
 
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
@@ -271,21 +278,21 @@ impl RunVisitor for ManyRuns<'_> {
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
         evaluator: Evaluator,
     ) -> Result<()> {
-        // Side by side no arcs are kept from which samples could be had.
+        // A batch keeps no arcs from which samples could be taken.
         if make().options.t_eval.is_some() {
             return self.visit(make, evaluator);
         }
         if registers::width() < 8 {
-            self.fill_abreast::<4, _, _>(make)
+            self.fill_batches::<4, _, _>(make)
         } else {
-            self.fill_abreast::<8, _, _>(make)
+            self.fill_batches::<8, _, _>(make)
         }
     }
 }
 
 impl ManyRuns<'_> {
-    /// Fills the ends by K runs abreast.
-    fn fill_abreast<'a, const K: usize, S: State, D: Dynamics + 'a>(
+    /// Fills the ends by batches of K runs.
+    fn fill_batches<'a, const K: usize, S: State, D: Dynamics + 'a>(
         self,
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
     ) -> Result<()> {
@@ -308,7 +315,7 @@ impl ManyRuns<'_> {
         let together = || Ok(Batch::new(&make, self.t_span));
         fill_tiles(
             self.ends,
-            TILE_ABREAST,
+            ENSEMBLE_BATCH_TILE,
             self.sweep,
             together,
             work,

@@ -1,6 +1,6 @@
-//! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit (theory 5), an
-//! admissible one (theory 6), a stable one (theory 7). Arrays are in rows of equal y, x running fastest. What can vary: `Parameter`
-//! in `model/change.rs`.
+//! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit, an admissible one, a stable
+//! one (docs/theory.md, sections 5 to 7). A map has a point, also called a cell, for each pair of values; arrays are in rows of equal y,
+//! x running fastest, and values in the units of their parameter: `Parameter` in `model/change.rs` lists what can vary.
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
@@ -11,20 +11,20 @@ use crate::orbit::{
     period, periodic_orbits_observed, ranking,
 };
 use crate::quantity::room_for;
-use crate::sweep::candidate::{Candidate, judge_all};
 use crate::sweep::parametric_scene::ParametricScene;
 use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::sweep::unranked_orbit::{UnrankedOrbit, judge_all};
 use std::ops::{ControlFlow, Range};
 
-/// Cells that a thread takes at a time.
-const TILE: usize = 256;
+/// Grid points that a thread takes at a time. [work]
+const EXISTENCE_TILE: usize = 256;
 
 /// A parameter of a scene and the values that it takes on one axis of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// What varies: `"frequency".parse()`, `"clearance[1]".parse()` and so on.
     pub parameter: Parameter,
-    /// Its values, in any order, one at least.
+    /// Its values, in any order, one at least, shape `(m,)`, \[unit of the parameter\].
     pub values: Vec<f64>,
 }
 
@@ -38,9 +38,9 @@ impl Axis {
     }
 }
 
-/// What an existence map tells about one pair of values.
+/// One point of an existence map: the orbits at one pair of values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExistenceCell {
+pub struct ExistencePoint {
     /// Number of orbits of the pattern, admissible or not.
     pub n_orbits: u32,
     /// Whether one of them is proved to be admissible.
@@ -54,31 +54,32 @@ pub struct ExistenceCell {
 }
 
 /// A pair of values without an orbit; also one whose motion the doubles do not hold.
-const EMPTY: ExistenceCell = ExistenceCell {
+const NO_ORBIT: ExistencePoint = ExistencePoint {
     n_orbits: 0,
     is_admissible: false,
     is_stable: false,
     multiplier: f64::NAN,
 };
 
-/// Where in a plane of two parameters a pattern has periodic orbits. Arrays have the shape `(y.len(), x.len())`, row by row.
+/// Where in a plane of two parameters a pattern has periodic orbits. Arrays over both have a value for each of the
+/// `n_y * n_x` pairs, row by row, x running fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExistenceMap {
     /// What x is, where it is a parameter of the scene.
     pub x_name: Option<String>,
     /// What y is, where it is a parameter of the scene.
     pub y_name: Option<String>,
-    /// Values of x.
+    /// Values of x, shape `(n_x,)`, \[unit of x\].
     pub x: Vec<f64>,
-    /// Values of y.
+    /// Values of y, shape `(n_y,)`, \[unit of y\].
     pub y: Vec<f64>,
-    /// Number of orbits.
+    /// Number of orbits, shape `(n_y * n_x,)`.
     pub n_orbits: Vec<u32>,
-    /// Whether one of them is admissible.
+    /// Whether one of them is admissible, shape `(n_y * n_x,)`.
     pub is_admissible: Vec<bool>,
-    /// Whether one of them is admissible and stable.
+    /// Whether one of them is admissible and stable, shape `(n_y * n_x,)`.
     pub is_stable: Vec<bool>,
-    /// Largest modulus of the multipliers of the first orbit, nan where there is none.
+    /// Largest modulus of the multipliers of the first orbit, nan where there is none, shape `(n_y * n_x,)`, \[-\].
     pub multiplier: Vec<f64>,
 }
 
@@ -90,7 +91,7 @@ impl ExistenceMap {
     pub fn from_cells(
         (x_name, x): (Option<String>, Vec<f64>),
         (y_name, y): (Option<String>, Vec<f64>),
-        cells: &[ExistenceCell],
+        cells: &[ExistencePoint],
     ) -> Result<Self> {
         if cells.len() != x.len() * y.len() {
             let needed = format!("({},): one for each pair of values", x.len() * y.len());
@@ -112,14 +113,14 @@ impl ExistenceMap {
         })
     }
 
-    /// The cell at `x[i]`, `y[j]`.
+    /// The point at `x[i]`, `y[j]`.
     ///
     /// # Panics
     /// If there is no such value.
-    pub fn cell(&self, i: usize, j: usize) -> ExistenceCell {
+    pub fn point(&self, i: usize, j: usize) -> ExistencePoint {
         assert!(i < self.x.len(), "x has {} values", self.x.len());
         let k = j * self.x.len() + i;
-        ExistenceCell {
+        ExistencePoint {
             n_orbits: self.n_orbits[k],
             is_admissible: self.is_admissible[k],
             is_stable: self.is_stable[k],
@@ -152,7 +153,7 @@ impl ExistenceMap {
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let map = existence_map(&scene, &Pattern::single(1), (&frequency, &clearance), 2, SweepOptions::default(), go_on)?;
 /// assert_eq!(map.n_orbits, [2, 2, 2, 0, 0, 0]);
-/// assert!(map.cell(1, 0).is_stable);
+/// assert!(map.point(1, 0).is_stable);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn existence_map(
@@ -163,19 +164,26 @@ pub fn existence_map(
     options: SweepOptions,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExistenceMap> {
-    // A cell and its part of the map.
-    let words = 2 * size_of::<ExistenceCell>() / size_of::<f64>();
+    // A point and its part of the arrays.
+    let words = 2 * size_of::<ExistencePoint>() / size_of::<f64>();
     room_for(
         "an existence map",
         x.values.len().saturating_mul(words),
         y.values.len(),
     )?;
     let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
-    let mut cells = vec![EMPTY; sweep.len()];
-    let item = |moving: &mut ParametricScene<'_>, index, go_on: ObserverFn<'_>| {
-        sweep.cell(moving, index, go_on)
+    let mut cells = vec![NO_ORBIT; sweep.len()];
+    let item = |parametric: &mut ParametricScene<'_>, index, go_on: ObserverFn<'_>| {
+        sweep.point(parametric, index, go_on)
     };
-    fill(&mut cells, TILE, options, || sweep.moving(), item, observer)?;
+    fill(
+        &mut cells,
+        EXISTENCE_TILE,
+        options,
+        || sweep.parametric_scene(),
+        item,
+        observer,
+    )?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
 }
@@ -191,7 +199,7 @@ pub fn existence_tile(
     (x, y): (&Axis, &Axis),
     n_periods: usize,
     cells: Range<usize>,
-) -> Result<Vec<ExistenceCell>> {
+) -> Result<Vec<ExistencePoint>> {
     let observer = &mut |_| ControlFlow::Continue(());
     existence_tile_observed(scene, pattern, (x, y), n_periods, cells, observer)
 }
@@ -207,7 +215,7 @@ pub fn existence_tile_observed(
     n_periods: usize,
     cells: Range<usize>,
     observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Vec<ExistenceCell>> {
+) -> Result<Vec<ExistencePoint>> {
     let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
         return Err(Error::bad_value(
@@ -216,23 +224,23 @@ pub fn existence_tile_observed(
             format!("the map has {} cells", sweep.len()),
         ));
     }
-    let mut moving = sweep.moving()?;
+    let mut parametric = sweep.parametric_scene()?;
     let (start, total) = (cells.start, cells.len());
     cells
         .map(|index| {
             let done = index - start;
-            sweep.cell(&mut moving, index, &mut || {
+            sweep.point(&mut parametric, index, &mut || {
                 observer(Progress { done, total })
             })
         })
         .collect()
 }
 
-/// The cell of an existence map that one scene stands for: for maps over anything that makes a scene.
+/// The point of an existence map that one scene stands for: for maps over anything that makes a scene.
 ///
 /// # Errors
 /// As [`periodic_orbits`](crate::periodic_orbits), but for motions that doubles do not hold: they count as no orbit.
-pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistenceCell> {
+pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistencePoint> {
     existence_at_observed(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
 }
 
@@ -245,7 +253,7 @@ pub fn existence_at_observed(
     pattern: &Pattern,
     n_periods: usize,
     observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<ExistenceCell> {
+) -> Result<ExistencePoint> {
     let options = OrbitOptions {
         n_periods,
         ..Default::default()
@@ -257,10 +265,10 @@ pub fn existence_at_observed(
     }
     let found = in_doubles(periodic_orbits_observed(scene, pattern, &options, observer))?;
     let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     };
     let stability = first.stability_observed(observer)?;
-    Ok(ExistenceCell {
+    Ok(ExistencePoint {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible() == Some(true),
         is_stable: first.is_admissible() == Some(true) && stability.is_stable == Some(true),
@@ -271,8 +279,8 @@ pub fn existence_at_observed(
     })
 }
 
-/// What was found; `None` where the motion is not one of doubles: refused although everything fits together, or with
-/// equations that overflow.
+/// The result; `None` where doubles do not hold the motion: its values are refused although each was checked, or its equations
+/// overflow.
 fn in_doubles<T>(found: Result<T>) -> Result<Option<T>> {
     match found {
         Ok(found) => Ok(Some(found)),
@@ -340,22 +348,22 @@ impl<'a> MapRequest<'a> {
         self.x.values.len() * self.y.values.len()
     }
 
-    fn moving(&self) -> Result<ParametricScene<'a>> {
+    fn parametric_scene(&self) -> Result<ParametricScene<'a>> {
         ParametricScene::new(self.scene, "existence_map")
     }
 
-    fn cell(
+    fn point(
         &self,
-        moving: &mut ParametricScene<'_>,
+        parametric: &mut ParametricScene<'_>,
         index: usize,
         go_on: ObserverFn<'_>,
-    ) -> Result<ExistenceCell> {
+    ) -> Result<ExistencePoint> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
         if let [_] = self.pattern.instants() {
             let values = [(self.x.parameter, x), (self.y.parameter, y)];
-            let Some(scene) = in_doubles(moving.at(&values))? else {
-                return Ok(EMPTY);
+            let Some(scene) = in_doubles(parametric.at(&values))? else {
+                return Ok(NO_ORBIT);
             };
             return one_instant(
                 scene,
@@ -367,7 +375,7 @@ impl<'a> MapRequest<'a> {
         let moved = self.scene.replace(self.x.parameter.change(x));
         let moved = moved.and_then(|scene| scene.replace(self.y.parameter.change(y)));
         let Some(scene) = in_doubles(moved)? else {
-            return Ok(EMPTY);
+            return Ok(NO_ORBIT);
         };
         existence_at_observed(&scene, self.pattern, self.n_periods, go_on)
     }
@@ -393,42 +401,42 @@ fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
     Ok(())
 }
 
-/// The cell of a pattern of one instant, without building scenes or orbits.
+/// The point of a pattern of one instant, without building scenes or orbits.
 fn one_instant(
     scene: &ModalScene,
     pattern: &Pattern,
     n_periods: usize,
     observer: &mut Observer<'_>,
-) -> Result<ExistenceCell> {
+) -> Result<ExistencePoint> {
     let Some(span) = in_doubles(period(scene, n_periods))? else {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     };
     let instant = PeriodicConditions::new(scene, &pattern.instants()[0], span);
     let Some(phases) = in_doubles(clearance_given(&instant))? else {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     };
     if phases.points.is_empty() {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     }
-    let candidate = |solution| Candidate::new(scene, pattern, solution);
-    let mut candidates: Vec<Candidate> = phases
+    let candidate = |solution| UnrankedOrbit::new(scene, pattern, solution);
+    let mut candidates: Vec<UnrankedOrbit> = phases
         .points
         .iter()
         .map(|x| Ok(candidate(Solution::new(&instant, x, span)?)))
         .collect::<Result<_>>()?;
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     }
     judge_all(scene, pattern, &mut candidates, observer)?;
     if candidates.is_empty() {
-        return Ok(EMPTY);
+        return Ok(NO_ORBIT);
     }
-    let rulings: Vec<Ruling> = candidates.iter().map(Candidate::ruling).collect();
+    let rulings: Vec<Ruling> = candidates.iter().map(UnrankedOrbit::ruling).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
     let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, observer);
     let first = ranking(scene.form.n_dof(), &rulings, |i| Ok(is_stable(radius(i)?)))?[0];
     let (is_admissible, radius) = (rulings[first] == Ruling::Admissible, radius(first)?);
-    Ok(ExistenceCell {
+    Ok(ExistencePoint {
         n_orbits: count(candidates.len()),
         is_admissible,
         is_stable: is_admissible && is_stable(radius),

@@ -1,8 +1,8 @@
-//! A scene whose numbers move: the modal machinery of a linear scene with two parameters at other values, without building
-//! the scene anew. Only complex modes must be made again, for another damping.
+//! A linear scene with parameters at other values: its modal form is changed in place instead of being built anew for each point of a map.
+//! Only complex modes are computed again, for another damping.
 
 use crate::error::Result;
-use crate::flow::{Flown, ModalScene};
+use crate::flow::{FlowCache, ModalScene};
 use crate::modal::{Block, Form, Pair};
 use crate::model::{Change, Parameter, Scene};
 use nalgebra::Complex;
@@ -78,7 +78,7 @@ impl<'a> ParametricScene<'a> {
         if self.grows_with_frequency == Some(true) {
             scale *= (frequency / self.base.frequency).powi(2);
         }
-        self.moved.flown = Flown::default();
+        self.moved.flow_cache = FlowCache::default();
         self.moved.frequency = frequency;
         self.moved.rotations.fundamental = frequency;
         for motion in self.moved.excitation.stops.iter_mut().flatten() {

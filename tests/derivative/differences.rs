@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::Complex;
-use vibroimpact::{Derivatives, PeriodicOrbit, Result, Scene, SegmentKind, find_orbit};
+use vibroimpact::{OrbitDerivatives, PeriodicOrbit, Result, Scene, SegmentKind, find_orbit};
 
 /// The attributes of an orbit that are differentiated, each a list.
 #[derive(Debug, Clone)]
@@ -79,7 +79,7 @@ fn differences(
 }
 
 /// A derivative by one number as lists.
-fn column(found: &Derivatives, i: usize) -> Attributes {
+fn column(found: &OrbitDerivatives, i: usize) -> Attributes {
     let multipliers = found.multipliers.column(i);
     Attributes(vec![
         ("q0", found.q0.column(i).as_slice().to_vec()),
@@ -130,7 +130,7 @@ fn unknown(orbit: &PeriodicOrbit, name: &str, step: f64) -> f64 {
 /// its attribute.
 pub fn compare(
     orbit: &PeriodicOrbit,
-    found: (&Derivatives, usize),
+    found: (&OrbitDerivatives, usize),
     make: &dyn Fn(f64) -> Result<Scene>,
     (step, tolerance, floor): (f64, f64, f64),
     case: &str,

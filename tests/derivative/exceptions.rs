@@ -4,9 +4,9 @@ use crate::scenes::{harmonic, linear, periods, scene, shaken_ball, unit_mass, up
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
-    Branch, Change, ContinuationOptions, Derivatives, Error, Parameter, Pattern, PeriodicOrbit,
-    Scene, SegmentKind, SimulateOptions, SpecialKind, continuation, derivatives, derivatives_of,
-    find_orbit, periodic_orbits, simulate,
+    Branch, Change, ContinuationOptions, Error, OrbitDerivatives, Parameter, Pattern,
+    PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, continuation, derivatives,
+    derivatives_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_stop(force: f64, frequency: f64, clearance: f64) -> Scene {
@@ -33,7 +33,7 @@ fn at_special(branch: &Branch, kind: SpecialKind) -> &PeriodicOrbit {
 }
 
 /// Nothing is a number, and the reason has these words.
-fn check_none(found: &Derivatives, words: &str) {
+fn check_none(found: &OrbitDerivatives, words: &str) {
     let numbers = [
         &found.q0,
         &found.v0,
@@ -238,7 +238,7 @@ fn a_number_at_the_end_of_its_range_has_one_of_one_side() {
 fn bad_numbers_are_refused() {
     let scene = one_stop(8.5, 2.4, 1.0);
     let orbit = orbit_of(&scene);
-    let said = |found: Result<Derivatives, Error>| found.expect_err("refused").to_string();
+    let said = |found: Result<OrbitDerivatives, Error>| found.expect_err("refused").to_string();
     assert!(said(derivatives(&orbit, &[Parameter::Phase])).contains("shifts time alone"));
     assert!(
         said(derivatives(&orbit, &[Parameter::ClearanceOf(3)]))

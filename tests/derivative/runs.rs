@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Parameter, PendulumChain, Ramp,
-    RampCourse, Scene, SegmentKind, Signal, SimulateOptions, StopMotion, Trajectory, Wall,
+    RampProfile, Scene, SegmentKind, Signal, SimulateOptions, StopMotion, Trajectory, Wall,
     WallSide, derivatives_of_run, simulate,
 };
 
@@ -308,7 +308,7 @@ fn where_there_are_none_it_says_so() {
         .expect_err("forgotten")
         .to_string();
     assert!(text.contains("keep"), "{text}");
-    let ramp = Ramp::new(Parameter::Clearance, 2.0, RampCourse::Over(3.0)).expect("valid");
+    let ramp = Ramp::new(Parameter::Clearance, 2.0, RampProfile::Over(3.0)).expect("valid");
     let drifting = SimulateOptions {
         ramps: vec![ramp],
         ..SimulateOptions::default()

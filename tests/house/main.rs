@@ -1,5 +1,6 @@
-//! What holds of the files themselves: where imports point, and what comments cite.
+//! What holds of the files themselves: where imports point, what comments cite, what names say.
 
 mod layers;
+mod names;
 mod sources;
 mod theory;

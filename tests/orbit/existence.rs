@@ -7,9 +7,9 @@ use nalgebra::{Complex, DMatrix, dvector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Axis, BaseMotion, Change, Error, ExistenceCell, ExistenceMap, Kind, LinearSystem, OrbitOptions,
-    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene,
-    SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
+    Axis, BaseMotion, Change, Error, ExistenceMap, ExistencePoint, Kind, LinearSystem,
+    OrbitOptions, OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress,
+    Scene, SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
     periodic_orbits,
 };
 
@@ -49,7 +49,7 @@ fn third_kind() -> Scene {
 }
 
 /// Bits, so that nan equals nan.
-fn bits(cells: &[ExistenceCell]) -> Vec<(u32, bool, bool, u64)> {
+fn bits(cells: &[ExistencePoint]) -> Vec<(u32, bool, bool, u64)> {
     cells
         .iter()
         .map(|c| {
@@ -63,9 +63,9 @@ fn bits(cells: &[ExistenceCell]) -> Vec<(u32, bool, bool, u64)> {
         .collect()
 }
 
-fn cells(map: &ExistenceMap) -> Vec<ExistenceCell> {
+fn cells(map: &ExistenceMap) -> Vec<ExistencePoint> {
     (0..map.y.len())
-        .flat_map(|j| (0..map.x.len()).map(move |i| map.cell(i, j)))
+        .flat_map(|j| (0..map.x.len()).map(move |i| map.point(i, j)))
         .collect()
 }
 
@@ -119,7 +119,7 @@ fn the_fold_line_is_where_its_closed_form_puts_it() {
         let fold = least_force(k, eta, e, clearance, w, n);
         for (j, &s) in whole.y.iter().enumerate() {
             assert_eq!(
-                whole.cell(i, j).n_orbits,
+                whole.point(i, j).n_orbits,
                 if s < fold { 0 } else { 2 },
                 "{w} {s} {fold}"
             );
@@ -173,7 +173,7 @@ fn compare(
             ..Default::default()
         };
         let orbits = periodic_orbits(&changed, pattern, &options).expect("solved");
-        let cell = found.cell(i, j);
+        let cell = found.point(i, j);
         assert_eq!(cell.n_orbits as usize, orbits.len());
         assert_eq!(
             cell.is_admissible,
@@ -360,7 +360,7 @@ fn one_value_is_an_axis_and_rows_are_of_equal_y() {
         2,
         1,
     );
-    assert_eq!(bits(&cells(&one)), bits(&[both.cell(1, 1)]));
+    assert_eq!(bits(&cells(&one)), bits(&[both.point(1, 1)]));
     assert!(one.is_stable[0] && one.multiplier[0] < 1.0);
     let again =
         ExistenceMap::from_cells((None, vec![1.4, 1.5]), (None, vec![0.0; 3]), &cells(&both))

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Change, Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampCourse, RampLaw, Scene,
+    Change, Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampLaw, RampProfile, Scene,
     Side, SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, simulate_observed,
 };
 use vibroimpact::{Harmonic, Method};
@@ -20,31 +20,31 @@ fn scene() -> Scene {
     Scene::new(system.expect("valid"), force.expect("valid"), stops).expect("valid")
 }
 
-fn ramp(parameter: Parameter, to: f64, course: RampCourse) -> Ramp {
-    Ramp::new(parameter, to, course).expect("valid")
+fn ramp(parameter: Parameter, to: f64, profile: RampProfile) -> Ramp {
+    Ramp::new(parameter, to, profile).expect("valid")
 }
 
-const LEVELS: RampCourse = RampCourse::Steps {
+const LEVELS: RampProfile = RampProfile::Steps {
     levels: 5,
     dwell: 2.25,
 };
 
 fn ways() -> Vec<Vec<Ramp>> {
-    let up = |course| ramp(Parameter::Frequency, 2.0, course);
+    let up = |profile| ramp(Parameter::Frequency, 2.0, profile);
     vec![
-        vec![up(RampCourse::Rate(0.03))],
-        vec![up(RampCourse::Over(25.0)).with_law(RampLaw::Log)],
+        vec![up(RampProfile::Rate(0.03))],
+        vec![up(RampProfile::Over(25.0)).with_law(RampLaw::Log)],
         vec![up(LEVELS)],
         vec![
-            up(RampCourse::Rate(0.03)),
+            up(RampProfile::Rate(0.03)),
             ramp(Parameter::RestitutionOf(0), 0.3, LEVELS),
-            ramp(Parameter::ClearanceOf(1), 0.1, RampCourse::Over(17.0)),
+            ramp(Parameter::ClearanceOf(1), 0.1, RampProfile::Over(17.0)),
         ],
         vec![
-            ramp(Parameter::Phase, 3.0, RampCourse::Over(11.0)),
-            ramp(Parameter::ForcingScale, 2.0, RampCourse::Over(30.0)),
+            ramp(Parameter::Phase, 3.0, RampProfile::Over(11.0)),
+            ramp(Parameter::ForcingScale, 2.0, RampProfile::Over(30.0)),
         ],
-        vec![ramp(Parameter::DampingScale, 2.0, RampCourse::Over(20.0))],
+        vec![ramp(Parameter::DampingScale, 2.0, RampProfile::Over(20.0))],
     ]
 }
 
@@ -154,7 +154,7 @@ fn levels_are_runs_one_after_another() {
 fn levels_beside_a_frequency_that_drifts_last_their_turns() {
     // `w0 t + r t^2/2` is 2.25 turns at the end of the first level, and so on.
     let (w0, rate) = (1.2, 0.03);
-    let up = ramp(Parameter::Frequency, 9.0, RampCourse::Rate(rate));
+    let up = ramp(Parameter::Frequency, 9.0, RampProfile::Rate(rate));
     let saved = run(
         vec![up, ramp(Parameter::RestitutionOf(0), 0.3, LEVELS)],
         Keep::Motion,
@@ -222,7 +222,7 @@ fn a_method_that_cannot_follow_says_so() {
 #[test]
 fn whoever_observes_a_run_is_asked_while_its_ramp_is_laid_out() {
     let options = SimulateOptions {
-        ramps: vec![ramp(Parameter::Frequency, 2.0, RampCourse::Over(3e4))],
+        ramps: vec![ramp(Parameter::Frequency, 2.0, RampProfile::Over(3e4))],
         keep: Keep::Final,
         ..SimulateOptions::default()
     };

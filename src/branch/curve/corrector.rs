@@ -1,26 +1,28 @@
-//! Newton's method back to a curve, and the direction in which it goes on.
+//! The corrector of a curve: Newton's method from a predicted loop back to it; and its tangent there (theory 20).
 
-use crate::branch::corrector::{Attempt, Missed, attempted, is_sharp, met};
-use crate::branch::curve::plane::{Conditions, Plane, Spot};
-use crate::tolerance::ORBIT_CLOSED;
+use crate::branch::corrector::{
+    Attempt, CorrectionFailure, attempted, coinciding_instant, is_sharp,
+};
+use crate::branch::curve::problem::{CurveProblem, DefiningSystem, TwoParameterLoop};
+use crate::tolerance::{LAST_CORRECTION_LENGTH, ORBIT_CLOSED, ROUNDED_CORRECTION};
 use nalgebra::{DMatrix, DVector};
 
-/// Corrections of one point, and the length of the last, after which the conditions are those before it.
-const MOST_CORRECTIONS: usize = 10;
-const SETTLED: f64 = 1e-10;
+/// Corrections of one point of a curve: more than on a branch, as the row of the condition stays that of the first iterate. `[work]`
+const MOST_CURVE_CORRECTIONS: usize = 10;
 
-/// A point of a curve.
+/// A point of a curve as the corrector leaves it.
 #[derive(Clone)]
-pub(super) struct Found {
-    pub spot: Spot,
-    pub conditions: Conditions,
-    /// Along the curve, of length one in the product of [`weighted`].
+pub(super) struct CorrectedCurvePoint {
+    pub iterate: TwoParameterLoop,
+    pub conditions: DefiningSystem,
+    /// The tangent of the curve, of length one in the product of [`weighted`], shape `(n_unknowns + 2,)`, \[-\], in scaled unknowns and
+    /// both numbers in parts of their ranges.
     pub tangent: DVector<f64>,
-    /// How much shorter the second correction was than the first.
+    /// The ratio of the second correction to the first \[-\]; zero if there was no second one.
     pub contraction: f64,
 }
 
-/// A row that is the product of directions: the mean over the unknowns of the loop, and both numbers.
+/// The row whose product with a direction is the inner product: the mean over the unknowns of the loop, plus that of both numbers.
 pub(super) fn weighted(direction: &DVector<f64>) -> DVector<f64> {
     let count = direction.len() - 2;
     let mut row = direction.clone();
@@ -28,21 +30,21 @@ pub(super) fn weighted(direction: &DVector<f64>) -> DVector<f64> {
     row
 }
 
-/// The length of a direction.
+/// The length of a direction \[-\].
 pub(super) fn length(direction: &DVector<f64>) -> f64 {
     weighted(direction).dot(direction).sqrt()
 }
 
-/// The matrix of the conditions beside one more row.
-fn bordered(at: &Conditions, border: &DVector<f64>) -> DMatrix<f64> {
+/// The matrix of the equations bordered by one more row.
+fn bordered(at: &DefiningSystem, border: &DVector<f64>) -> DMatrix<f64> {
     let last = at.matrix.nrows();
     let mut matrix = at.matrix.clone().insert_row(last, 0.0);
     matrix.set_row(last, &border.transpose());
     matrix
 }
 
-/// The direction of the curve, on the side of a row.
-fn tangent(at: &Conditions, border: &DVector<f64>) -> Option<DVector<f64>> {
+/// The tangent of the curve, on the side of a row.
+fn tangent(at: &DefiningSystem, border: &DVector<f64>) -> Option<DVector<f64>> {
     let mut right = DVector::zeros(border.len());
     right[border.len() - 1] = 1.0;
     let found = bordered(at, border).lu().solve(&right)?;
@@ -50,30 +52,34 @@ fn tangent(at: &Conditions, border: &DVector<f64>) -> Option<DVector<f64>> {
     (size.is_finite() && size > 0.0).then(|| found / size)
 }
 
-impl Plane<'_> {
-    /// The point of the curve near a spot on the plane through it that a row is normal to. What changes with both numbers, and the condition
-    /// with all unknowns, is taken where the way begins and where it ends.
-    pub fn corrected(&self, mut spot: Spot, normal: &DVector<f64>) -> Attempt<Found> {
-        let value = |spot: &Spot| spot.place.value;
-        let mut gone: DVector<f64> = DVector::zeros(normal.len());
-        let (mut first, mut near): (_, Option<Conditions>) = (None, None);
+impl CurveProblem<'_> {
+    /// The point of the curve near a predicted loop, on the plane through that with a given normal row. Derivatives by both numbers, and
+    /// those of the condition, are taken at the first iterate and at the last.
+    pub fn corrected(
+        &self,
+        mut iterate: TwoParameterLoop,
+        normal: &DVector<f64>,
+    ) -> Attempt<CorrectedCurvePoint> {
+        let value = |iterate: &TwoParameterLoop| iterate.place.value;
+        let mut total: DVector<f64> = DVector::zeros(normal.len());
+        let (mut first, mut near): (_, Option<DefiningSystem>) = (None, None);
         let mut contraction = 0.0;
         let mut last = f64::INFINITY;
-        if let Some(instant) = met(&spot.place) {
-            let value = value(&spot);
-            return Ok(Err(Missed::Met { value, instant }));
+        if let Some(instant) = coinciding_instant(&iterate.place) {
+            let value = value(&iterate);
+            return Ok(Err(CorrectionFailure::Met { value, instant }));
         }
-        for corrections in 0..=MOST_CORRECTIONS {
-            let is_last = corrections == MOST_CORRECTIONS;
+        for corrections in 0..=MOST_CURVE_CORRECTIONS {
+            let is_last = corrections == MOST_CURVE_CORRECTIONS;
             let conditions = match &near {
-                Some(near) => self.conditions_nearby(&spot, near),
-                None => self.conditions(&spot),
+                Some(near) => self.conditions_nearby(&iterate, near),
+                None => self.conditions(&iterate),
             };
-            let conditions = match attempted(conditions, value(&spot))? {
+            let conditions = match attempted(conditions, value(&iterate))? {
                 Ok(conditions) => conditions,
-                Err(missed) => return Ok(Err(missed)),
+                Err(failure) => return Ok(Err(failure)),
             };
-            let right = conditions.right.clone().push(-normal.dot(&gone));
+            let right = conditions.right.clone().push(-normal.dot(&total));
             let solved = bordered(&conditions, normal).lu().solve(&right);
             let Some(by) = solved.filter(|by| by.iter().all(|x| x.is_finite())) else {
                 break;
@@ -81,36 +87,38 @@ impl Plane<'_> {
             let left = length(&by);
             match first {
                 None => first = Some(left),
-                Some(first) if contraction == 0.0 && first > 1e-8 => contraction = left / first,
+                Some(first) if contraction == 0.0 && first > ROUNDED_CORRECTION => {
+                    contraction = left / first;
+                }
                 Some(_) => {}
             }
             let mismatch = conditions.mismatch;
             let is_sharp = is_last || is_sharp(mismatch, [last, left]);
-            let is_there = mismatch <= ORBIT_CLOSED && left <= SETTLED && is_sharp;
+            let is_there = mismatch <= ORBIT_CLOSED && left <= LAST_CORRECTION_LENGTH && is_sharp;
             last = left;
             let conditions = if is_there {
-                self.renewed(&spot, conditions)
+                self.renewed(&iterate, conditions)
             } else {
                 Ok(conditions)
             };
-            let moved = conditions.and_then(|own| Ok((self.moved(&spot, &own, &by)?, own)));
+            let moved = conditions.and_then(|own| Ok((self.moved(&iterate, &own, &by)?, own)));
             let conditions;
-            (spot, conditions) = match attempted(moved, value(&spot))? {
+            (iterate, conditions) = match attempted(moved, value(&iterate))? {
                 Ok(moved) => moved,
-                Err(missed) => return Ok(Err(missed)),
+                Err(failure) => return Ok(Err(failure)),
             };
-            gone += &by;
-            if let Some(instant) = met(&spot.place) {
-                let value = value(&spot);
-                return Ok(Err(Missed::Met { value, instant }));
+            total += &by;
+            if let Some(instant) = coinciding_instant(&iterate.place) {
+                let value = value(&iterate);
+                return Ok(Err(CorrectionFailure::Met { value, instant }));
             }
             if is_there {
                 let Some(tangent) = tangent(&conditions, normal) else {
                     break;
                 };
-                let conditions = self.conditions_at(&spot, conditions)?;
-                return Ok(Ok(Found {
-                    spot,
+                let conditions = self.conditions_at(&iterate, conditions)?;
+                return Ok(Ok(CorrectedCurvePoint {
+                    iterate,
                     conditions,
                     tangent,
                     contraction,
@@ -118,8 +126,8 @@ impl Plane<'_> {
             }
             near.get_or_insert(conditions);
         }
-        Ok(Err(Missed::Stalled {
-            value: value(&spot),
+        Ok(Err(CorrectionFailure::Stalled {
+            value: value(&iterate),
             reason: "Newton's method does not settle".to_owned(),
         }))
     }

@@ -1,16 +1,16 @@
 //! Curves in the plane of two numbers on which a special point of a branch lies (theory 20).
 
-mod begun;
+mod bifurcation_curve;
+mod codimension_two;
 mod condition;
 mod corrector;
-mod followed;
-mod one;
-mod plane;
 mod point;
-mod step;
-mod two_at_once;
+mod predictor;
+mod problem;
+mod result;
+mod start;
 mod walk;
 
-pub use begun::CurveOf;
-pub use followed::{bifurcation_curve, bifurcation_curve_of};
-pub use one::{BifurcationCurve, CurvePoint};
+pub use bifurcation_curve::{bifurcation_curve, bifurcation_curve_of};
+pub use result::{BifurcationCurve, CurvePoint};
+pub use start::CurveOf;

@@ -10,11 +10,10 @@ use crate::flow::steps::radau::Radau;
 use crate::flow::steps::state::State;
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
+use crate::tolerance::LOOSE_RELATIVE_TOLERANCE;
 
-/// Degree of the polynomials of any method.
-const DEGREE: usize = 7;
-/// The explicit method for relative tolerances from here on is that of few stages, below it that of high order.
-const LOOSE: f64 = 1e-7;
+/// Degree of the dense output of any method: that of DOP853. [exact]
+const HIGHEST_DENSE_DEGREE: usize = 7;
 
 /// Which method is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,11 +93,11 @@ impl<S: State> Stepper<S> for ChosenSteps<S> {
     const HAS_QUINTIC: bool = false;
 
     type Choice = StepChoice;
-    type Dense = Dense<S, DEGREE>;
+    type Dense = Dense<S, HIGHEST_DENSE_DEGREE>;
 
     fn new(n_dof: usize, tolerance: Tolerance, choice: StepChoice) -> Self {
         let explicit = || {
-            if tolerance.relative < LOOSE {
+            if tolerance.relative < LOOSE_RELATIVE_TOLERANCE {
                 Running::Dop853(Dop853::new(n_dof, tolerance, ()))
             } else {
                 Running::DormandPrince(DormandPrince::new(n_dof, tolerance, ()))
@@ -145,7 +144,7 @@ impl<S: State> Stepper<S> for ChosenSteps<S> {
         dynamics: &D,
         start: StepStart<'_, S>,
         h: f64,
-    ) -> Result<Dense<S, DEGREE>> {
+    ) -> Result<Dense<S, HIGHEST_DENSE_DEGREE>> {
         with_present!(&mut self.present, method => Ok(method.dense(dynamics, start, h)?.raised()))
     }
 

@@ -14,12 +14,12 @@ use crate::flow::steps::stepper::{StepStart, Stepper, Tolerance};
 use crate::model::{Dynamics, Moment};
 
 /// A driven pendulum and an oscillator beside it, `q'' = -sin q - 0.1 v + 0.5 cos t`, `p'' = -k p - c v`.
-struct Pair {
+struct PendulumAndOscillator {
     stiffness: f64,
     damping: f64,
 }
 
-impl Dynamics for Pair {
+impl Dynamics for PendulumAndOscillator {
     type Drive = f64;
 
     fn n_dof(&self) -> usize {
@@ -37,7 +37,7 @@ impl Dynamics for Pair {
     }
 }
 
-const SOFT: Pair = Pair {
+const SOFT: PendulumAndOscillator = PendulumAndOscillator {
     stiffness: 2.0,
     damping: 0.3,
 };
@@ -45,7 +45,8 @@ const TOLERANCE: Tolerance = Tolerance {
     relative: 1e-8,
     absolute: 1e-10,
 };
-const START: [f64; 4] = [0.4, -0.2, 0.3, 0.1];
+/// The state `(q, v)` from which the tests begin. [exact]
+const CONTRACT_START: [f64; 4] = [0.4, -0.2, 0.3, 0.1];
 
 fn moment(time: f64) -> Moment {
     Moment::new(time, time, 1.0)
@@ -59,7 +60,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 /// A run over a span under control: the end, and the number of steps.
 fn run<S: State, P: Stepper<S>>(
     choice: P::Choice,
-    dynamics: &Pair,
+    dynamics: &PendulumAndOscillator,
     x: &S,
     span: f64,
 ) -> (S, usize) {
@@ -104,7 +105,7 @@ where
     V: Stepper<Vec<f64>, Choice = C>,
 {
     let h = 0.05;
-    let x = START;
+    let x = CONTRACT_START;
     let at = moment(0.7);
     let start = StepStart { at, x: &x };
     let mut stepper = P::new(2, TOLERANCE, choice);
@@ -182,10 +183,10 @@ where
     let is_allowed = is_taken && error <= 1.0;
     assert!(!is_allowed, "{name}");
     // Runs to the tolerance, in arrays and vectors alike.
-    let (end, count) = run::<_, P>(choice, &SOFT, &START, 10.0);
-    let (same, again) = run::<_, V>(choice, &SOFT, &START.to_vec(), 10.0);
+    let (end, count) = run::<_, P>(choice, &SOFT, &CONTRACT_START, 10.0);
+    let (same, again) = run::<_, V>(choice, &SOFT, &CONTRACT_START.to_vec(), 10.0);
     assert_eq!((end.to_vec(), count), (same, again), "{name}");
-    let (fine, _) = run::<_, Dop853<[f64; 4]>>((), &SOFT, &START, 10.0);
+    let (fine, _) = run::<_, Dop853<[f64; 4]>>((), &SOFT, &CONTRACT_START, 10.0);
     let off = apart(&end, &fine);
     assert!(off < 1e2 * TOLERANCE.relative, "{name}: {off:e}");
 }
@@ -207,13 +208,13 @@ fn every_method_keeps_the_contract() {
 #[test]
 fn a_stiff_motion_is_given_over() {
     type Array = [f64; 4];
-    let stiff = Pair {
+    let stiff = PendulumAndOscillator {
         stiffness: 1e8,
         damping: 2e4,
     };
-    let (explicit, many) = run::<_, DormandPrince<Array>>((), &stiff, &START, 5.0);
+    let (explicit, many) = run::<_, DormandPrince<Array>>((), &stiff, &CONTRACT_START, 5.0);
     let fitting = StepChoice::Fitting;
-    let (implicit, few) = run::<_, ChosenSteps<Array>>(fitting, &stiff, &START, 5.0);
+    let (implicit, few) = run::<_, ChosenSteps<Array>>(fitting, &stiff, &CONTRACT_START, 5.0);
     assert!(10 * few < many, "{few} {many}");
     assert!(apart(&explicit, &implicit) < 1e-7);
 }

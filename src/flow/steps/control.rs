@@ -1,13 +1,7 @@
 //! Step-size control (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.4 and IV.2): the
 //! PI controller, the first step, the test for stiffness.
 
-/// The step aims at this part of the tolerance.
-const SAFETY: f64 = 0.9;
-/// Error, in units of the tolerance, below which a step says no more of the one before.
-const LEAST_ERROR: f64 = 1e-4;
-/// So many steps limited by stability, without so many in between that are not, are called stiff.
-const STIFF_STEPS: u32 = 15;
-const SOUND_STEPS: u32 = 6;
+use crate::tolerance::{LEAST_STEP_ERROR, SOUND_STEPS, STEP_SAFETY, STIFF_STEPS};
 
 /// How the length of the steps of a method follows from their errors.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +17,7 @@ pub(crate) struct StepControl {
     pub kept_below: f64,
 }
 
-/// What one trial step led to.
+/// The verdict on one trial step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepVerdict {
     pub is_accepted: bool,
@@ -46,7 +40,7 @@ pub(crate) struct Controller {
 impl Default for Controller {
     fn default() -> Self {
         Self {
-            last_error: LEAST_ERROR.ln(),
+            last_error: LEAST_STEP_ERROR.ln(),
             was_rejected: false,
             stiff: 0,
             sound: 0,
@@ -75,11 +69,11 @@ impl Controller {
         if error <= 1.0 {
             let size = error.max(1e-10).ln();
             let most = if self.was_rejected { 1.0 } else { most };
-            let factor = SAFETY * (beta * self.last_error - exponent * size).exp();
+            let factor = STEP_SAFETY * (beta * self.last_error - exponent * size).exp();
             let factor = factor.clamp(least, most);
             let is_kept = factor > 1.0 && factor < kept_below;
             let factor = if is_kept { 1.0 } else { factor };
-            self.last_error = size.max(LEAST_ERROR.ln());
+            self.last_error = size.max(LEAST_STEP_ERROR.ln());
             self.was_rejected = false;
             return StepVerdict {
                 is_accepted: true,
@@ -88,7 +82,7 @@ impl Controller {
         }
         self.was_rejected = true;
         let factor = if error.is_finite() {
-            (SAFETY / error.powf(exponent)).clamp(least, SAFETY)
+            (STEP_SAFETY / error.powf(exponent)).clamp(least, STEP_SAFETY)
         } else {
             least
         };
@@ -98,7 +92,7 @@ impl Controller {
         }
     }
 
-    /// Takes note of a step that stability limits, or not.
+    /// Counts a step, which stability limits or does not.
     #[inline]
     pub fn note_stiffness(&mut self, is_limited: bool) {
         if is_limited {

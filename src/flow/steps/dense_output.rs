@@ -4,7 +4,7 @@ use crate::flow::steps::state::State;
 
 /// The motion on a step.
 pub(crate) trait DenseOutput<S>: Clone {
-    /// Its degree.
+    /// Its degree. [exact]
     const DEGREE: usize;
 
     /// The state a time s after the start of the step.
@@ -27,6 +27,7 @@ pub(crate) struct Dense<S, const P: usize> {
 }
 
 impl<S: State, const P: usize> DenseOutput<S> for Dense<S, P> {
+    /// That of its coefficients. [exact]
     const DEGREE: usize = P;
 
     fn state(&self, s: f64, out: &mut [f64]) {

@@ -5,21 +5,22 @@ use crate::error::Result;
 use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::dop853_tableau::{
-    ALL_STAGES, DENSE, ERROR_3, ERROR_5, NODES, ROWS, STAGES,
+    DOP853_ALL_STAGES, DOP853_DENSE, DOP853_ERROR_3, DOP853_ERROR_5, DOP853_NODES, DOP853_ROWS,
+    DOP853_STAGES,
 };
 use crate::flow::steps::state::{State, rate, stage_state, stiffness, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
 use std::cmp::Ordering;
 
-/// A stiffness above this says that stability holds the step down: the limit of the method on the real axis.
-const STABLE: f64 = 6.1;
+/// Stiffness `h |lambda|` beyond which stability holds the step down: the stability limit of the method on the negative real axis. [exact]
+const DOP853_STABLE: f64 = 6.1;
 
 /// The method, with the step last taken.
 #[derive(Debug, Clone)]
 pub(crate) struct Dop853<S> {
-    /// Rates at the stages: `[0]` at the start, `[STAGES]` at the end, those after it for the dense output only.
-    stages: [S; ALL_STAGES],
+    /// Rates at the stages: `[0]` at the start, `[DOP853_STAGES]` at the end, those after it for the dense output only.
+    stages: [S; DOP853_ALL_STAGES],
     /// Whether the stages of the dense output are those of this step.
     is_extended: bool,
     /// The state at the last stage that was evaluated, up to number 12.
@@ -52,12 +53,12 @@ impl<S: State> Dop853<S> {
         h: f64,
     ) -> Result<()> {
         let (known, next) = self.stages.split_at_mut(K);
-        let target = match K.cmp(&STAGES) {
+        let target = match K.cmp(&DOP853_STAGES) {
             Ordering::Less => &mut self.trial,
             Ordering::Equal => &mut self.end,
             Ordering::Greater => &mut self.scratch,
         };
-        stage_state::<S, K>(known, ROWS[K - 1], (x, h), target);
+        stage_state::<S, K>(known, DOP853_ROWS[K - 1], (x, h), target);
         self.n_rhs += 1;
         rate(dynamics, drive, target, &mut next[0])
     }
@@ -71,9 +72,9 @@ impl<S: State> Dop853<S> {
     ) -> Result<()> {
         if !self.is_extended {
             let drive_at = |node: f64| dynamics.drive(at.after(node * h));
-            self.stage::<D, 13>(dynamics, drive_at(NODES[12]), x, h)?;
-            self.stage::<D, 14>(dynamics, drive_at(NODES[13]), x, h)?;
-            self.stage::<D, 15>(dynamics, drive_at(NODES[14]), x, h)?;
+            self.stage::<D, 13>(dynamics, drive_at(DOP853_NODES[12]), x, h)?;
+            self.stage::<D, 14>(dynamics, drive_at(DOP853_NODES[13]), x, h)?;
+            self.stage::<D, 15>(dynamics, drive_at(DOP853_NODES[14]), x, h)?;
             self.is_extended = true;
         }
         Ok(())
@@ -81,7 +82,7 @@ impl<S: State> Dop853<S> {
 
     /// The stiffness that the end and the last stage before it tell.
     fn stiffness(&self, h: f64) -> f64 {
-        let rates = [&self.stages[STAGES], &self.stages[STAGES - 1]];
+        let rates = [&self.stages[DOP853_STAGES], &self.stages[DOP853_STAGES - 1]];
         stiffness(h, rates, [&self.end, &self.trial])
     }
 }
@@ -100,7 +101,7 @@ impl<S: State> StepEnds<S> for Dop853<S> {
     }
 
     fn end_rate(&self) -> &S {
-        &self.stages[STAGES]
+        &self.stages[DOP853_STAGES]
     }
 
     fn n_rhs(&self) -> usize {
@@ -143,18 +144,18 @@ impl<S: State> Stepper<S> for Dop853<S> {
     ) -> Result<bool> {
         self.is_extended = false;
         let drive_at = |node: f64| dynamics.drive(at.after(node * h));
-        self.stage::<D, 1>(dynamics, drive_at(NODES[0]), x, h)?;
-        self.stage::<D, 2>(dynamics, drive_at(NODES[1]), x, h)?;
-        self.stage::<D, 3>(dynamics, drive_at(NODES[2]), x, h)?;
-        self.stage::<D, 4>(dynamics, drive_at(NODES[3]), x, h)?;
-        self.stage::<D, 5>(dynamics, drive_at(NODES[4]), x, h)?;
-        self.stage::<D, 6>(dynamics, drive_at(NODES[5]), x, h)?;
-        self.stage::<D, 7>(dynamics, drive_at(NODES[6]), x, h)?;
-        self.stage::<D, 8>(dynamics, drive_at(NODES[7]), x, h)?;
-        self.stage::<D, 9>(dynamics, drive_at(NODES[8]), x, h)?;
-        self.stage::<D, 10>(dynamics, drive_at(NODES[9]), x, h)?;
+        self.stage::<D, 1>(dynamics, drive_at(DOP853_NODES[0]), x, h)?;
+        self.stage::<D, 2>(dynamics, drive_at(DOP853_NODES[1]), x, h)?;
+        self.stage::<D, 3>(dynamics, drive_at(DOP853_NODES[2]), x, h)?;
+        self.stage::<D, 4>(dynamics, drive_at(DOP853_NODES[3]), x, h)?;
+        self.stage::<D, 5>(dynamics, drive_at(DOP853_NODES[4]), x, h)?;
+        self.stage::<D, 6>(dynamics, drive_at(DOP853_NODES[5]), x, h)?;
+        self.stage::<D, 7>(dynamics, drive_at(DOP853_NODES[6]), x, h)?;
+        self.stage::<D, 8>(dynamics, drive_at(DOP853_NODES[7]), x, h)?;
+        self.stage::<D, 9>(dynamics, drive_at(DOP853_NODES[8]), x, h)?;
+        self.stage::<D, 10>(dynamics, drive_at(DOP853_NODES[9]), x, h)?;
         // The last stage and the end are at one time.
-        let last = drive_at(NODES[10]);
+        let last = drive_at(DOP853_NODES[10]);
         self.stage::<D, 11>(dynamics, last, x, h)?;
         self.stage::<D, 12>(dynamics, last, x, h)?;
         Ok(true)
@@ -174,9 +175,9 @@ impl<S: State> Stepper<S> for Dop853<S> {
             return Ok(f64::INFINITY);
         }
         let ends = (start.x, &self.end);
-        weighted_sum::<S, STAGES>(&self.stages, &ERROR_5, &mut self.scratch);
+        weighted_sum::<S, DOP853_STAGES>(&self.stages, &DOP853_ERROR_5, &mut self.scratch);
         let fifth = tolerance.norm(&self.scratch, ends);
-        weighted_sum::<S, STAGES>(&self.stages, &ERROR_3, &mut self.scratch);
+        weighted_sum::<S, DOP853_STAGES>(&self.stages, &DOP853_ERROR_3, &mut self.scratch);
         let third = tolerance.norm(&self.scratch, ends);
         Ok(h.abs() * combined(fifth, third))
     }
@@ -196,10 +197,10 @@ impl<S: State> Stepper<S> for Dop853<S> {
             let first = h * self.stages[0].slice()[i] - difference;
             differences.slice_mut()[i] = difference;
             firsts.slice_mut()[i] = first;
-            lasts.slice_mut()[i] = difference - h * self.stages[STAGES].slice()[i] - first;
+            lasts.slice_mut()[i] = difference - h * self.stages[DOP853_STAGES].slice()[i] - first;
         }
-        for (bump, weights) in bumps.iter_mut().zip(&DENSE) {
-            weighted_sum::<S, ALL_STAGES>(&self.stages, weights, bump);
+        for (bump, weights) in bumps.iter_mut().zip(&DOP853_DENSE) {
+            weighted_sum::<S, DOP853_ALL_STAGES>(&self.stages, weights, bump);
             bump.slice_mut().iter_mut().for_each(|b| *b *= h);
         }
         let start = x.clone();
@@ -207,7 +208,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
     }
 
     fn go_on(&mut self) -> bool {
-        self.stages.swap(0, STAGES);
+        self.stages.swap(0, DOP853_STAGES);
         true
     }
 
@@ -222,7 +223,7 @@ impl<S: State> Stepper<S> for Dop853<S> {
     }
 
     fn accept(&mut self, h: f64, controller: &mut Controller) {
-        controller.note_stiffness(self.stiffness(h) > STABLE);
+        controller.note_stiffness(self.stiffness(h) > DOP853_STABLE);
     }
 }
 
@@ -386,7 +387,7 @@ mod tests {
         stepper.dense(&clock, first, h).expect("rates");
         let times = times.borrow();
         assert_eq!(times[0], 0.0);
-        assert_eq!(times[1..], NODES);
+        assert_eq!(times[1..], DOP853_NODES);
     }
 
     #[test]
@@ -525,7 +526,7 @@ mod tests {
                 error_of_pendulum(&mut stepped(&late, first, h), h, TOLERANCE),
                 f64::INFINITY
             );
-            for stage in [0, 5, STAGES - 1, STAGES] {
+            for stage in [0, 5, DOP853_STAGES - 1, DOP853_STAGES] {
                 let mut stepper = stepped(&pendulum(), first, h);
                 stepper.stages[stage][1] = bad;
                 assert_eq!(error_of_pendulum(&mut stepper, h, TOLERANCE), f64::INFINITY);

@@ -1,13 +1,13 @@
 //! Coefficients of the explicit Runge-Kutta method of order 8 of Dormand and Prince, "DOP853": Hairer, Norsett and Wanner,
 //! Solving Ordinary Differential Equations I, sections II.5 (the method), II.10 (the errors) and II.6 (the dense output).
 
-/// Stages of the solution; the one after them, number 13, is at its end and the first of the next step.
-pub(crate) const STAGES: usize = 12;
-/// Stages with those that only the dense output needs.
-pub(crate) const ALL_STAGES: usize = 16;
+/// Stages of the solution; the one after them, number 13, is at its end and the first of the next step. [exact]
+pub(crate) const DOP853_STAGES: usize = 12;
+/// Stages with those that only the dense output needs. [exact]
+pub(crate) const DOP853_ALL_STAGES: usize = 16;
 
-/// Nodes of stages 2 to 16.
-pub(crate) const NODES: [f64; ALL_STAGES - 1] = [
+/// Nodes of stages 2 to 16. [exact]
+pub(crate) const DOP853_NODES: [f64; DOP853_ALL_STAGES - 1] = [
     0.052_600_151_958_767_73,
     0.078_900_227_938_151_6,
     0.118_350_341_907_227_4,
@@ -25,8 +25,8 @@ pub(crate) const NODES: [f64; ALL_STAGES - 1] = [
     7.0 / 9.0,
 ];
 
-/// Rows of stages 2 to 16, each with a weight for every stage before; the row of stage 13 is the solution.
-pub(crate) const ROWS: [&[f64]; ALL_STAGES - 1] = [
+/// Rows of stages 2 to 16, each with a weight for every stage before; the row of stage 13 is the solution. [exact]
+pub(crate) const DOP853_ROWS: [&[f64]; DOP853_ALL_STAGES - 1] = [
     &[0.052_600_151_958_767_73],
     &[0.019_725_056_984_537_9, 0.059_175_170_953_613_7],
     &[0.029_587_585_476_806_85, 0.0, 0.088_762_756_430_420_54],
@@ -106,7 +106,7 @@ pub(crate) const ROWS: [&[f64]; ALL_STAGES - 1] = [
         12.360_567_175_794_303,
         0.643_392_746_015_763_6,
     ],
-    &SOLUTION,
+    &DOP853_SOLUTION,
     &[
         0.056_167_502_283_047_954,
         0.0,
@@ -157,8 +157,8 @@ pub(crate) const ROWS: [&[f64]; ALL_STAGES - 1] = [
     ],
 ];
 
-/// The solution, of order 8.
-const SOLUTION: [f64; STAGES] = [
+/// The solution, of order 8. [exact]
+const DOP853_SOLUTION: [f64; DOP853_STAGES] = [
     0.054_293_734_116_568_765,
     0.0,
     0.0,
@@ -173,8 +173,8 @@ const SOLUTION: [f64; STAGES] = [
     0.044_710_615_727_772_59,
 ];
 
-/// The solution less one of order 5.
-pub(crate) const ERROR_5: [f64; STAGES] = [
+/// The solution less one of order 5. [exact]
+pub(crate) const DOP853_ERROR_5: [f64; DOP853_STAGES] = [
     0.013_120_044_994_194_88,
     0.0,
     0.0,
@@ -189,17 +189,17 @@ pub(crate) const ERROR_5: [f64; STAGES] = [
     -0.022_355_307_863_886_294,
 ];
 
-/// The solution less one of order 3, the quadrature on nodes 1, 9 and 12.
-pub(crate) const ERROR_3: [f64; STAGES] = {
-    let mut weights = SOLUTION;
+/// The solution less one of order 3, the quadrature on nodes 1, 9 and 12. [exact]
+pub(crate) const DOP853_ERROR_3: [f64; DOP853_STAGES] = {
+    let mut weights = DOP853_SOLUTION;
     weights[0] -= 31.0 / 127.0;
     weights[8] -= 12_675.0 / 17_272.0;
     weights[11] -= 3.0 / 136.0;
     weights
 };
 
-/// The last four coefficients of the dense output, of order 7.
-pub(crate) const DENSE: [[f64; ALL_STAGES]; 4] = [
+/// The last four coefficients of the dense output, of order 7. [exact]
+pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
     [
         -8.428_938_276_109_013,
         0.0,
@@ -278,7 +278,7 @@ pub(crate) const DENSE: [[f64; ALL_STAGES]; 4] = [
 mod tests {
     use super::*;
 
-    type Weights = [f64; ALL_STAGES];
+    type Weights = [f64; DOP853_ALL_STAGES];
 
     /// An order condition: the weights that a rooted tree asks of a method add up to `1/density`.
     struct Tree {
@@ -297,13 +297,19 @@ mod tests {
 
     /// `sum_j a_ij x_j`
     fn through(x: &Weights) -> Weights {
-        std::array::from_fn(|i| if i == 0 { 0.0 } else { dot(ROWS[i - 1], x) })
+        std::array::from_fn(|i| {
+            if i == 0 {
+                0.0
+            } else {
+                dot(DOP853_ROWS[i - 1], x)
+            }
+        })
     }
 
     /// The forests of some vertices in all, made of the trees from a first one on: products of their weights and densities.
     fn forests(trees: &[Tree], first: usize, vertices: usize) -> Vec<(Weights, f64)> {
         if vertices == 0 {
-            return vec![([1.0; ALL_STAGES], 1.0)];
+            return vec![([1.0; DOP853_ALL_STAGES], 1.0)];
         }
         let mut found = Vec::new();
         for (i, tree) in trees.iter().enumerate().skip(first) {
@@ -345,10 +351,10 @@ mod tests {
 
     /// Weights of the dense output at the part x of a step.
     fn dense(x: f64) -> Weights {
-        let (y, b) = (1.0 - x, padded(&SOLUTION));
+        let (y, b) = (1.0 - x, padded(&DOP853_SOLUTION));
         std::array::from_fn(|i| {
-            let (first, last) = (f64::from(i == 0), f64::from(i == STAGES));
-            let [c3, c4, c5, c6] = DENSE.map(|weights| weights[i]);
+            let (first, last) = (f64::from(i == 0), f64::from(i == DOP853_STAGES));
+            let [c3, c4, c5, c6] = DOP853_DENSE.map(|weights| weights[i]);
             let (c0, c1, c2) = (b[i], first - b[i], 2.0 * b[i] - first - last);
             x * (c0 + y * (c1 + x * (c2 + y * (c3 + x * (c4 + y * (c5 + x * c6))))))
         })
@@ -356,10 +362,10 @@ mod tests {
 
     #[test]
     fn rows_add_up_to_their_nodes() {
-        for (row, node) in ROWS.iter().zip(NODES) {
+        for (row, node) in DOP853_ROWS.iter().zip(DOP853_NODES) {
             assert!((row.iter().sum::<f64>() - node).abs() < 1e-14, "{node}");
         }
-        for (before, row) in ROWS.iter().enumerate() {
+        for (before, row) in DOP853_ROWS.iter().enumerate() {
             assert_eq!(row.len(), before + 1);
         }
     }
@@ -367,9 +373,9 @@ mod tests {
     #[test]
     fn rows_are_quadratures_of_their_stage_order() {
         // sum_j a_ij c_j^k = c_i^(k+1)/(k+1) from stage 6 on.
-        let node = |i: usize| if i == 0 { 0.0 } else { NODES[i - 1] };
-        for i in 5..ALL_STAGES {
-            for k in 1..=if i < STAGES { 4 } else { 5 } {
+        let node = |i: usize| if i == 0 { 0.0 } else { DOP853_NODES[i - 1] };
+        for i in 5..DOP853_ALL_STAGES {
+            for k in 1..=if i < DOP853_STAGES { 4 } else { 5 } {
                 let powers: Weights = std::array::from_fn(|j| node(j).powi(k));
                 let exact = node(i).powi(k + 1) / f64::from(k + 1);
                 assert!((through(&powers)[i] - exact).abs() < 1e-14, "{i} {k}");
@@ -379,7 +385,7 @@ mod tests {
 
     #[test]
     fn the_solution_is_of_order_eight() {
-        let (weights, trees) = (padded(&SOLUTION), trees(9));
+        let (weights, trees) = (padded(&DOP853_SOLUTION), trees(9));
         assert_eq!(trees.len(), 486);
         for order in 1..=8 {
             assert!(defect(&weights, &trees, order, 1.0) < 1e-14, "{order}");
@@ -390,7 +396,7 @@ mod tests {
     #[test]
     fn the_errors_are_of_orders_five_and_three() {
         let trees = trees(6);
-        for (weights, last) in [(ERROR_5, 5), (ERROR_3, 3)] {
+        for (weights, last) in [(DOP853_ERROR_5, 5), (DOP853_ERROR_3, 3)] {
             for order in 1..=last {
                 assert!(
                     defect(&padded(&weights), &trees, order, 0.0) < 1e-14,

@@ -5,17 +5,19 @@ use crate::flow::steps::control::{Controller, StepControl};
 use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::state::{State, rate, stage_state, stiffness, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
-use crate::flow::steps::tableau::{DENSE, ERROR, NODES, ROWS, STAGES};
+use crate::flow::steps::tableau::{
+    DOPRI5_DENSE, DOPRI5_ERROR, DOPRI5_NODES, DOPRI5_ROWS, DOPRI5_STAGES,
+};
 use crate::model::Dynamics;
 
-/// A stiffness above this says that stability holds the step down: the limit of the method on the real axis.
-const STABLE: f64 = 3.25;
+/// Stiffness `h |lambda|` beyond which stability holds the step down: the stability limit of the method on the negative real axis. [exact]
+const DOPRI5_STABLE: f64 = 3.25;
 
 /// The pair, with the step last taken.
 #[derive(Debug, Clone)]
 pub(crate) struct DormandPrince<S> {
     /// Rates at the stages; the first at the start, the last at the end.
-    stages: [S; STAGES],
+    stages: [S; DOPRI5_STAGES],
     trial: S,
     error: S,
     end: S,
@@ -32,9 +34,9 @@ impl<S: State> DormandPrince<S> {
         x: &S,
         h: f64,
     ) -> Result<()> {
-        let row = &ROWS[K - 1];
+        let row = &DOPRI5_ROWS[K - 1];
         let (known, next) = self.stages.split_at_mut(K);
-        let target = if K == STAGES - 1 {
+        let target = if K == DOPRI5_STAGES - 1 {
             &mut self.end
         } else {
             &mut self.trial
@@ -46,14 +48,17 @@ impl<S: State> DormandPrince<S> {
     /// The error of the step last taken from x, in a function of its own: sums over references that are arguments are vectorised.
     #[inline(never)]
     fn scaled_error(&mut self, x: &S, h: f64, tolerance: Tolerance) -> f64 {
-        weighted_sum::<S, STAGES>(&self.stages, &ERROR, &mut self.error);
+        weighted_sum::<S, DOPRI5_STAGES>(&self.stages, &DOPRI5_ERROR, &mut self.error);
         h.abs() * tolerance.norm(&self.error, (x, &self.end))
     }
 
     /// The stiffness that the end and the last stage before it tell.
     #[inline]
     fn stiffness(&self, h: f64) -> f64 {
-        let rates = [&self.stages[STAGES - 1], &self.stages[STAGES - 2]];
+        let rates = [
+            &self.stages[DOPRI5_STAGES - 1],
+            &self.stages[DOPRI5_STAGES - 2],
+        ];
         stiffness(h, rates, [&self.end, &self.trial])
     }
 }
@@ -72,7 +77,7 @@ impl<S: State> StepEnds<S> for DormandPrince<S> {
     }
 
     fn end_rate(&self) -> &S {
-        &self.stages[STAGES - 1]
+        &self.stages[DOPRI5_STAGES - 1]
     }
 
     fn n_rhs(&self) -> usize {
@@ -112,15 +117,15 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         h: f64,
     ) -> Result<bool> {
         let drive_at = |node: f64| dynamics.drive(at.after(node * h));
-        self.stage::<D, 1>(dynamics, drive_at(NODES[0]), x, h)?;
-        self.stage::<D, 2>(dynamics, drive_at(NODES[1]), x, h)?;
-        self.stage::<D, 3>(dynamics, drive_at(NODES[2]), x, h)?;
-        self.stage::<D, 4>(dynamics, drive_at(NODES[3]), x, h)?;
+        self.stage::<D, 1>(dynamics, drive_at(DOPRI5_NODES[0]), x, h)?;
+        self.stage::<D, 2>(dynamics, drive_at(DOPRI5_NODES[1]), x, h)?;
+        self.stage::<D, 3>(dynamics, drive_at(DOPRI5_NODES[2]), x, h)?;
+        self.stage::<D, 4>(dynamics, drive_at(DOPRI5_NODES[3]), x, h)?;
         // The last two stages are at one time.
-        let last = drive_at(NODES[4]);
+        let last = drive_at(DOPRI5_NODES[4]);
         self.stage::<D, 5>(dynamics, last, x, h)?;
         self.stage::<D, 6>(dynamics, last, x, h)?;
-        self.n_rhs += STAGES - 1;
+        self.n_rhs += DOPRI5_STAGES - 1;
         Ok(true)
     }
 
@@ -146,9 +151,9 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
         for i in 0..x.slice().len() {
             let difference = self.end.slice()[i] - x.slice()[i];
             let first = h * self.stages[0].slice()[i] - difference;
-            let last = difference - h * self.stages[STAGES - 1].slice()[i] - first;
+            let last = difference - h * self.stages[DOPRI5_STAGES - 1].slice()[i] - first;
             let mut bump = 0.0;
-            for (k, d) in self.stages.iter().zip(&DENSE) {
+            for (k, d) in self.stages.iter().zip(&DOPRI5_DENSE) {
                 bump += d * k.slice()[i];
             }
             c[0].slice_mut()[i] = difference;
@@ -162,7 +167,7 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
 
     #[inline]
     fn go_on(&mut self) -> bool {
-        self.stages.swap(0, STAGES - 1);
+        self.stages.swap(0, DOPRI5_STAGES - 1);
         true
     }
 
@@ -178,6 +183,6 @@ impl<S: State> Stepper<S> for DormandPrince<S> {
 
     #[inline]
     fn accept(&mut self, h: f64, controller: &mut Controller) {
-        controller.note_stiffness(self.stiffness(h) > STABLE);
+        controller.note_stiffness(self.stiffness(h) > DOPRI5_STABLE);
     }
 }

@@ -9,15 +9,16 @@ use crate::flow::steps::state::{State, rate, stage_state, weighted_sum};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
 use crate::model::Dynamics;
 
-/// Rows of stages 2 to 4, the last of them the solution, and their nodes.
-const ROWS: [[f64; 3]; 3] = [
+/// Rows of stages 2 to 4, the last of them the solution. [exact]
+const BOGACKI_SHAMPINE_ROWS: [[f64; 3]; 3] = [
     [0.5, 0.0, 0.0],
     [0.0, 0.75, 0.0],
     [2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0],
 ];
-const NODES: [f64; 3] = [0.5, 0.75, 1.0];
-/// The solution of order 3 less that of order 2.
-const ERROR: [f64; 4] = [-5.0 / 72.0, 1.0 / 12.0, 1.0 / 9.0, -1.0 / 8.0];
+/// Nodes of stages 2 to 4. [exact]
+const BOGACKI_SHAMPINE_NODES: [f64; 3] = [0.5, 0.75, 1.0];
+/// The solution of order 3 less that of order 2. [exact]
+const BOGACKI_SHAMPINE_ERROR: [f64; 4] = [-5.0 / 72.0, 1.0 / 12.0, 1.0 / 9.0, -1.0 / 8.0];
 
 /// The pair, with the step last taken.
 pub(crate) struct BogackiShampine<S> {
@@ -73,7 +74,11 @@ impl<S: State> Stepper<S> for BogackiShampine<S> {
     }
 
     fn step<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<bool> {
-        for (k, (row, node)) in ROWS.iter().zip(NODES).enumerate() {
+        for (k, (row, node)) in BOGACKI_SHAMPINE_ROWS
+            .iter()
+            .zip(BOGACKI_SHAMPINE_NODES)
+            .enumerate()
+        {
             let (known, next) = self.stages.split_at_mut(k + 1);
             // Rates that are not known yet have no weight.
             stage_state::<S, 3>(known, row, (start.x, h), &mut self.end);
@@ -91,7 +96,7 @@ impl<S: State> Stepper<S> for BogackiShampine<S> {
         h: f64,
         tolerance: Tolerance,
     ) -> Result<f64> {
-        weighted_sum::<S, 4>(&self.stages, &ERROR, &mut self.error);
+        weighted_sum::<S, 4>(&self.stages, &BOGACKI_SHAMPINE_ERROR, &mut self.error);
         let ends = (start.x, &self.end);
         Ok(h.abs() * tolerance.norm(&self.error, ends))
     }

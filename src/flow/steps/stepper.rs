@@ -1,4 +1,4 @@
-//! What an integration method is to everybody else: one step on `q'' = a(t, q, v)`, its error, its dense output (theory 8).
+//! The interface of an integration method: one step on `q'' = a(t, q, v)`, its error, its dense output (theory 8).
 
 use crate::error::Result;
 use crate::flow::steps::control::{Controller, StepControl};
@@ -49,7 +49,7 @@ impl<S> Clone for StepStart<'_, S> {
 
 impl<S> Copy for StepStart<'_, S> {}
 
-/// What is known of the step last taken.
+/// The states and rates at both ends of the step last taken.
 pub(crate) trait StepEnds<S> {
     /// The rate of the state at the start.
     fn start_rate(&self) -> &S;
@@ -71,7 +71,7 @@ pub(crate) trait StepEnds<S> {
 pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
     /// Whether a quintic through value, slope and curvature at both ends of a step is as near to the motion as the dense output.
     const HAS_QUINTIC: bool;
-    /// What there is to choose, nothing for most.
+    /// The options of the method, none for most.
     type Choice: Copy;
     /// The motion on a step.
     type Dense: DenseOutput<S>;
@@ -101,6 +101,6 @@ pub(crate) trait Stepper<S: State>: StepEnds<S> + 'static {
     fn go_on(&mut self) -> bool;
     /// How the length of the next step follows from the error of the last.
     fn control(&self) -> StepControl;
-    /// Takes note of a step of length h that was accepted: of whether stability holds it down, not accuracy.
+    /// Tells the controller of an accepted step of length h whether stability, not accuracy, limits it.
     fn accept(&mut self, _h: f64, _controller: &mut Controller) {}
 }

@@ -2,14 +2,14 @@
 //! Appl. Math. 6 (1980) 19; the dense output is Shampine's, as in Hairer, Norsett and Wanner, Solving Ordinary
 //! Differential Equations I, section II.6.
 
-/// Stages of the Dormand-Prince pair, the last of which is the first of the next step.
-pub(crate) const STAGES: usize = 7;
+/// Stages of the Dormand-Prince pair, the last of which is the first of the next step. [exact]
+pub(crate) const DOPRI5_STAGES: usize = 7;
 
-/// Nodes of stages 2 to 7.
-pub(crate) const NODES: [f64; STAGES - 1] = [0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
+/// Nodes of stages 2 to 7. [exact]
+pub(crate) const DOPRI5_NODES: [f64; DOPRI5_STAGES - 1] = [0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 
-/// Rows of stages 2 to 7; the last row is the solution.
-pub(crate) const ROWS: [[f64; STAGES - 1]; STAGES - 1] = [
+/// Rows of stages 2 to 7; the last row is the solution. [exact]
+pub(crate) const DOPRI5_ROWS: [[f64; DOPRI5_STAGES - 1]; DOPRI5_STAGES - 1] = [
     [0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
     [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
     [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
@@ -39,8 +39,8 @@ pub(crate) const ROWS: [[f64; STAGES - 1]; STAGES - 1] = [
     ],
 ];
 
-/// The solution of order 5 less that of order 4.
-pub(crate) const ERROR: [f64; STAGES] = [
+/// The solution of order 5 less that of order 4. [exact]
+pub(crate) const DOPRI5_ERROR: [f64; DOPRI5_STAGES] = [
     71.0 / 57600.0,
     0.0,
     -71.0 / 16695.0,
@@ -50,8 +50,8 @@ pub(crate) const ERROR: [f64; STAGES] = [
     -1.0 / 40.0,
 ];
 
-/// The last coefficient of the dense output, of order 4.
-pub(crate) const DENSE: [f64; STAGES] = [
+/// The last coefficient of the dense output, of order 4. [exact]
+pub(crate) const DOPRI5_DENSE: [f64; DOPRI5_STAGES] = [
     -12_715_105_075.0 / 11_282_082_432.0,
     0.0,
     87_487_479_700.0 / 32_700_410_799.0,
@@ -66,28 +66,28 @@ mod tests {
     use super::*;
 
     fn row(i: usize) -> Vec<f64> {
-        let mut row = vec![0.0; STAGES];
+        let mut row = vec![0.0; DOPRI5_STAGES];
         if i > 0 {
-            row[..STAGES - 1].copy_from_slice(&ROWS[i - 1]);
+            row[..DOPRI5_STAGES - 1].copy_from_slice(&DOPRI5_ROWS[i - 1]);
         }
         row
     }
 
     fn node(i: usize) -> f64 {
-        if i == 0 { 0.0 } else { NODES[i - 1] }
+        if i == 0 { 0.0 } else { DOPRI5_NODES[i - 1] }
     }
 
     /// `sum_j a_ij x_j`
     fn through(x: &[f64]) -> Vec<f64> {
-        (0..STAGES)
+        (0..DOPRI5_STAGES)
             .map(|i| row(i).iter().zip(x).map(|(a, x)| a * x).sum())
             .collect()
     }
 
     /// The elementary weights of every rooted tree up to order 5, with their densities.
     fn trees() -> Vec<(usize, Vec<f64>, f64)> {
-        let one = vec![1.0; STAGES];
-        let c: Vec<f64> = (0..STAGES).map(node).collect();
+        let one = vec![1.0; DOPRI5_STAGES];
+        let c: Vec<f64> = (0..DOPRI5_STAGES).map(node).collect();
         let times =
             |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
         let power = |k: i32| -> Vec<f64> { c.iter().map(|c| c.powi(k)).collect() };
@@ -117,14 +117,14 @@ mod tests {
 
     #[test]
     fn rows_add_up_to_their_nodes() {
-        for i in 0..STAGES {
+        for i in 0..DOPRI5_STAGES {
             assert!((row(i).iter().sum::<f64>() - node(i)).abs() < 1e-14);
         }
     }
 
     #[test]
     fn the_pair_meets_its_order_conditions() {
-        let weights = row(STAGES - 1);
+        let weights = row(DOPRI5_STAGES - 1);
         for (order, tree, density) in trees() {
             let dot = |b: &[f64]| -> f64 { b.iter().zip(&tree).map(|(b, t)| b * t).sum() };
             assert!(
@@ -133,14 +133,14 @@ mod tests {
             );
             // The error estimate vanishes up to order 4 and not beyond.
             if order < 5 {
-                assert!(dot(&ERROR).abs() < 1e-15, "{order} {density}");
+                assert!(dot(&DOPRI5_ERROR).abs() < 1e-15, "{order} {density}");
             }
         }
         let fifth: f64 = trees()
             .iter()
             .filter(|(order, ..)| *order == 5)
             .map(|(_, tree, _)| {
-                ERROR
+                DOPRI5_ERROR
                     .iter()
                     .zip(tree)
                     .map(|(e, t)| e * t)
@@ -154,16 +154,16 @@ mod tests {
     #[test]
     fn the_dense_output_is_of_order_four_at_every_point() {
         // y0 + x (dy + (1 - x)(h k1 - dy + x (2 dy - h k1 - h k7 + (1 - x) h D))), dy = h sum b k: the weights at x.
-        let b = row(STAGES - 1);
+        let b = row(DOPRI5_STAGES - 1);
         for step in 1..10 {
             let x = f64::from(step) / 10.0;
-            let weights: Vec<f64> = (0..STAGES)
+            let weights: Vec<f64> = (0..DOPRI5_STAGES)
                 .map(|i| {
                     let (first, last) = (f64::from(u8::from(i == 0)), f64::from(u8::from(i == 6)));
                     x * (b[i]
                         + (1.0 - x)
                             * (first - b[i]
-                                + x * (2.0 * b[i] - first - last + (1.0 - x) * DENSE[i])))
+                                + x * (2.0 * b[i] - first - last + (1.0 - x) * DOPRI5_DENSE[i])))
                 })
                 .collect();
             for (order, tree, density) in trees() {

@@ -1,6 +1,6 @@
 //! What is recorded of exact flights: segments of one arc each, touches to rounding.
 
-use super::free_looks::FreeLooks;
+use super::flight_sampler::FlightSampler;
 use super::system::ClosedForm;
 use crate::contact::next::{ContactSearch, Grazed};
 use crate::error::Result;
@@ -20,13 +20,13 @@ struct FreeArc<'s, 'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     state: &'s [Pair],
-    looks: &'s mut FreeLooks<F>,
+    sampler: &'s mut FlightSampler<F>,
 }
 
 impl<F: LinearFlow> FreeArc<'_, '_, F> {
     /// Goes to a time after the start.
     fn go(&mut self, local: f64) {
-        let there = &mut self.looks.state;
+        let there = &mut self.sampler.state;
         there.clear();
         there.extend_from_slice(self.state);
         self.search.forward(there, local);
@@ -34,12 +34,12 @@ impl<F: LinearFlow> FreeArc<'_, '_, F> {
 
     /// Position and velocity where it is.
     fn look(&mut self) -> &PhysicalState {
-        let FreeLooks {
+        let FlightSampler {
             state,
             modal_state,
             physical,
             ..
-        } = &mut *self.looks;
+        } = &mut *self.sampler;
         self.flow.modal_from_state(state, modal_state);
         let (q, v) = &mut *physical;
         let (q, v) = (q.as_mut_slice(), v.as_mut_slice());
@@ -69,8 +69,12 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
     ) {
         self.go(first);
         while look(self.look()).is_continue() {
-            let FreeLooks { state, carrier, .. } = &mut *self.looks;
-            carrier.forward(self.flow, state, every);
+            let FlightSampler {
+                state,
+                propagator_cache,
+                ..
+            } = &mut *self.sampler;
+            propagator_cache.forward(self.flow, state, every);
         }
     }
 }
@@ -79,6 +83,7 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
 pub(super) struct ConstrainedArc<'s> {
     pub motion: &'s ConstrainedMotion,
     pub at: Moment,
+    /// Position, shape `(n_dof,)`, \[m\], and velocity, shape `(n_dof,)`, \[m/s\], at the start.
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
     /// The same in modal pairs.
     pub modal_state: ModalState,
@@ -127,7 +132,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 flow: self.flow,
                 scene: self.scene,
                 state: &self.state,
-                looks: &mut self.looks,
+                sampler: &mut self.sampler,
             };
             recorder.arc(&arc, &mut motion);
         }

@@ -4,7 +4,7 @@
 use super::arcs::{ConstrainedArc, reported};
 use super::system::{ClosedForm, is_before, is_within};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::next::{ContactSearch, Grazed, LATE, Seen};
+use crate::contact::next::{ContactSearch, Grazed, LATE, SearchSummary};
 use crate::error::Result;
 use crate::flow::gap_model::GapModel;
 use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, with_flow};
@@ -171,7 +171,7 @@ impl HeldFlight<'_> {
         flow: &H,
         span: f64,
         observer: &mut Observer<'_>,
-    ) -> Result<(Option<(HeldEvent, f64)>, Seen, Vec<Grazed>)> {
+    ) -> Result<(Option<(HeldEvent, f64)>, SearchSummary, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.state_from_modal(&self.modal_state, self.at, &mut state);
         let (events, rows) = watched(flow, self.motion, (&self.modal_state, &state));
@@ -215,7 +215,7 @@ impl HeldFlight<'_> {
         });
         let extent = |(stop, place)| (stop, search.extent(place));
         let rounding = |(stop, place)| (stop, search.rounding(place));
-        let seen = Seen {
+        let seen = SearchSummary {
             extents: gaps.clone().map(extent).collect(),
             roundings: gaps.map(rounding).collect(),
             n_gap_evaluations: search.n_gap_evaluations,

@@ -1,7 +1,7 @@
 //! A linear scene in closed form: moved from contact to contact in modes (theory 8).
 
 mod arcs;
-mod free_looks;
+mod flight_sampler;
 mod held;
 mod impacts;
 mod maps;

@@ -1,10 +1,10 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8), with the traits of `hybrid/system.rs`:
 //! gaps and their margins, the impact of one stop, chatter completed.
 
-use super::free_looks::FreeLooks;
+use super::flight_sampler::FlightSampler;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::next::{ContactSearch, Grazed};
-use crate::contact::walk::STEPS_PER_LOOK;
+use crate::contact::walk::STEPS_PER_REACH_CHECK;
 use crate::error::Result;
 use crate::flow::characteristic_length::{Tolerances, part_of};
 use crate::flow::steps::Tolerance;
@@ -29,7 +29,8 @@ use std::cell::{Cell, OnceCell};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A linear motion follows from its derivatives up to twice its coordinates, and those of its load and harmonic force.
+/// Derivatives of a load and of a harmonic force that are independent of each other: beyond these, and two for each coordinate, the
+/// derivatives of a linear motion follow from the lower ones. [exact]
 const ORDERS_OF_INPUT: usize = 4;
 
 /// A linear scene in motion; one run after another, with its buffers.
@@ -44,17 +45,18 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) velocity_rows: Vec<Vec<Pair>>,
     /// The gap of each stop now, once it has been asked for.
     known: Vec<Cell<Option<GapState>>>,
-    /// `(1 + e)/(n.b)` of each stop.
+    /// `(1 + e)/(n.b)` of each stop, from its approach speed to its impulse, shape `(n_stops,)`, \[kg\].
     pub(super) rebounds: Vec<f64>,
     pub(super) clock: Clock,
     pub(super) state: Vec<Pair>,
     pub(super) arrived: Vec<Pair>,
-    /// What the rounding of positions leaves unknown of each gap, where the state was taken from them.
+    /// What the rounding of positions leaves unknown of each gap, shape `(n_stops,)`, \[m\]; empty where the state was not taken from a
+    /// position.
     pub(super) placed: Vec<f64>,
     /// The place of each stop, once two of them are asked about.
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazed: Vec<Grazed>,
-    pub(super) looks: FreeLooks<F>,
+    pub(super) sampler: FlightSampler<F>,
     tolerances: Tolerances,
     /// What the tolerances allow as an absolute error of each gap.
     allowed: Vec<f64>,
@@ -98,7 +100,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             placed: Vec::new(),
             places: OnceCell::new(),
             grazed: Vec::new(),
-            looks: FreeLooks::new(scene.form.n_dof()),
+            sampler: FlightSampler::new(scene.form.n_dof()),
         }
     }
 
@@ -130,8 +132,8 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             let force = self.scene.excitation.force(self.moment(), q.len());
             size(&self.scene.system.acceleration(q, v, &force))
         };
-        let way = lengths.rate.way(speed, acceleration);
-        part_of(lengths.gaps[stop].max(size(q)).max(way))
+        let distance = lengths.rate.distance(speed, acceleration);
+        part_of(lengths.gaps[stop].max(size(q)).max(distance))
     }
 
     /// Puts the present state at a position and velocity, a time later.
@@ -488,7 +490,7 @@ impl<F: LinearFlow> Present for ClosedForm<'_, F> {
     }
 
     fn work_of_flight(&self) -> usize {
-        2 * STEPS_PER_LOOK * self.scene.form.n_dof()
+        2 * STEPS_PER_REACH_CHECK * self.scene.form.n_dof()
     }
 }
 

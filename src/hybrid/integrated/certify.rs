@@ -2,7 +2,7 @@
 //! certain along it (`contact/certified.rs`).
 
 use super::scene::Integrated;
-use crate::contact::certified::{Certified, Effort, first_contact};
+use crate::contact::certified::{Certified, SearchCost, first_contact};
 use crate::contact::curvature::BoundedGap;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::{EndValues, Quintic};
@@ -10,15 +10,13 @@ use crate::contact::step_path::StepPath;
 use crate::error::Result;
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::model::Dynamics;
+use crate::tolerance::{LOOSE_CURVATURE, NOTICED_SEARCH_POINTS};
 use std::sync::Arc;
 
-/// Coefficients of a cubic, that of the collocation of implicit steps.
-const CUBIC: usize = 4;
-/// Times as many places as a gap bends for that are worth a word, where they are no fewer than some.
-const LOOSE: f64 = 32.0;
-const NOTICED_PLACES: usize = 1 << 12;
-/// Places along one gap, looked at with so loose a bound, that a run takes at the most, as far as what is behind tells.
-const MOST_PLACES: f64 = (1u64 << 22) as f64;
+/// Number of coefficients of a cubic, the collocation polynomial of implicit steps. [exact]
+const CUBIC_SIZE: usize = 4;
+/// Evaluations along one gap with a loose bound that a run may take, extrapolated from the part of it that is done. [work]
+const MOST_RUN_SEARCH_POINTS: f64 = (1u64 << 22) as f64;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The motion on the step last taken: that of the quintics through both its ends where they are as near to it as the dense output, or
@@ -33,7 +31,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         };
         if !P::HAS_QUINTIC {
             let powers: Vec<_> = (0..n).map(|i| dense.powers(i)).collect();
-            let is_low = |c: &Vec<f64>| c.iter().skip(CUBIC).all(|c| *c == 0.0);
+            let is_low = |c: &Vec<f64>| c.iter().skip(CUBIC_SIZE).all(|c| *c == 0.0);
             if !powers.iter().all(is_low) {
                 return Ok(StepPath::new(powers, (0..n).map(allowed).collect()));
             }
@@ -87,11 +85,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let Certified {
             first,
             doubt,
-            efforts,
+            costs,
         } = first_contact(&gaps, &path, until, &mut self.sought_touches)?;
-        for (effort, (stop, _)) in efforts.into_iter().zip(&self.sought) {
-            self.n_gap_evaluations += effort.places;
-            self.efforts[*stop] = self.efforts[*stop].with(effort);
+        for (cost, (stop, _)) in costs.into_iter().zip(&self.sought) {
+            self.n_gap_evaluations += cost.places;
+            self.search_costs[*stop] = self.search_costs[*stop].with(cost);
         }
         for touch in std::mem::take(&mut self.sought_touches) {
             self.touches.clear();
@@ -110,27 +108,27 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// run, at the rate of what is behind and of a time beyond that has been searched.
     #[cold]
     pub(super) fn is_hopeless(&self, stop: usize, searched: f64, end: f64) -> bool {
-        let effort = self.efforts[stop];
+        let cost = self.search_costs[stop];
         let began = self.began.time();
         let gone = (self.clock.time() + searched - began) / (end - began);
-        effort.excess() > LOOSE && effort.places as f64 > MOST_PLACES * gone
+        cost.excess() > LOOSE_CURVATURE && cost.places as f64 > MOST_RUN_SEARCH_POINTS * gone
     }
 
     /// What is said of stops whose bounds made their searches long.
     pub(super) fn long_searches(&self) -> String {
-        let is_long = |(stop, effort): &(usize, &Effort)| {
+        let is_long = |(stop, cost): &(usize, &SearchCost)| {
             let is_nonlinear = self.contacts[*stop].surface.is_nonlinear();
-            is_nonlinear && effort.places > NOTICED_PLACES && effort.excess() > LOOSE
+            is_nonlinear && cost.places > NOTICED_SEARCH_POINTS && cost.excess() > LOOSE_CURVATURE
         };
-        let searched = self.efforts.iter().enumerate();
-        let Some((stop, effort)) = searched.filter(is_long).max_by_key(|(_, e)| e.places) else {
+        let searched = self.search_costs.iter().enumerate();
+        let Some((stop, cost)) = searched.filter(is_long).max_by_key(|(_, e)| e.places) else {
             return String::new();
         };
         format!(
             "; with its `curvature` the search for contacts with stop {stop} looked at {} places, {:.0} times as many as it bends for \
              along the motion: give a closer bound, or units in which the coordinates of its gap are of one size",
-            effort.places,
-            effort.excess()
+            cost.places,
+            cost.excess()
         )
     }
 }

@@ -1,22 +1,17 @@
 //! Contacts along one step: the first one on the quintics of the gaps, or by the bounds on their curvature (`certify.rs`).
 
 use super::scene::Integrated;
-use crate::contact::certified::Doubt;
+use crate::contact::certified::SearchFailure;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
-use crate::contact::probed::{PROBES, Probed};
+use crate::contact::probed::{Probed, STEP_PROBES};
 use crate::error::Result;
 
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::segment::Graze;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue, Surface};
-use crate::tolerance::{SAME_TOUCH, TERM_ROUNDINGS};
-
-/// Angles [rad] of a step up to which a quintic has the gap to a wall of a link that turns evenly: to 2e-5 of its length, and as well as
-/// one that must be far from zero.
-const TURN: f64 = 1.0;
-const FAR_TURN: f64 = 3.0;
+use crate::tolerance::{FAR_QUINTIC_TURN, QUINTIC_TURN, SAME_TOUCH, TERM_ROUNDINGS};
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The earliest contact along the step last taken, as a part of the step, or before it a place that cannot be told from one, for
@@ -77,7 +72,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// error holds the step down.
     #[inline]
     pub(super) fn says_little(&self, stop: usize, h: f64) -> bool {
-        let most = if P::HAS_QUINTIC { TURN } else { FAR_TURN };
+        let most = if P::HAS_QUINTIC {
+            QUINTIC_TURN
+        } else {
+            FAR_QUINTIC_TURN
+        };
         self.bends(stop, h, most)
     }
 
@@ -110,7 +109,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let surface = &self.contacts[stop].surface;
         let is_nonlinear = surface.is_nonlinear();
         let is_bounded = surface.curvature().is_some();
-        if is_bounded && self.bends(stop, h, TURN) {
+        if is_bounded && self.bends(stop, h, QUINTIC_TURN) {
             self.sought.push((stop, order));
             return Ok(FirstRoot::None);
         }
@@ -159,14 +158,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     ) -> Result<FirstRoot> {
         let path = self.step_path(dynamics, h)?;
         let (begun, departed) = (self.moment(), self.departed(stop, order));
-        let mut probed = Probed([0.0; PROBES.len()]);
-        for (gap, x) in probed.0.iter_mut().zip(PROBES) {
+        let mut probed = Probed([0.0; STEP_PROBES.len()]);
+        for (gap, x) in probed.0.iter_mut().zip(STEP_PROBES) {
             let q = path.about(x).position();
             *gap = self.contacts[stop].gap(&q, begun.after(x * h))? - departed;
         }
-        self.n_gap_evaluations += PROBES.len();
+        self.n_gap_evaluations += STEP_PROBES.len();
         if may_shorten && probed.is_unlike(quintic, margin) {
-            self.doubt = Some((stop, Doubt::Jumps));
+            self.doubt = Some((stop, SearchFailure::Jumps));
             return Ok(FirstRoot::Undecided { at: 0.0 });
         }
         Ok(match probed.passed(margin) {

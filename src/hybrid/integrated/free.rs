@@ -1,4 +1,4 @@
-//! How an integrated scene flies while no stop is held: in steps (`steps.rs`) or along series (`series.rs`).
+//! The free motion of an integrated scene, while no stop is held: in steps (`steps.rs`) or along Taylor series (`series.rs`).
 
 use super::scene::Integrated;
 use crate::error::Result;
@@ -8,12 +8,12 @@ use crate::hybrid::recorder::Recorder;
 use crate::model::Dynamics;
 use crate::observer::Observer;
 
-/// What moves a motion where no stop is held.
+/// A way to move a scene while no stop is held.
 pub(crate) trait FreeFlight<S: State, D: Dynamics> {
-    /// The steps of a motion with stops held.
+    /// The method of the steps with stops held.
     type Steps: Stepper<S>;
 
-    /// What is chosen of their method.
+    /// The choice within that method.
     fn choice(&self) -> <Self::Steps as Stepper<S>>::Choice;
 
     /// Forgets the run before.

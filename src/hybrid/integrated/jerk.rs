@@ -8,10 +8,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Accelerations, Contacts};
 use crate::model::Dynamics;
-use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING};
-
-/// A time in which the motion changes by few digits, as a part of that in which it changes little.
-const SHORT: f64 = 1e-4;
+use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING, JERK_STEP};
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
@@ -34,7 +31,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let mut a = vec![0.0; q.len()];
         motion.acceleration(clock.moment(self.phase), q, v, &mut a)?;
         let at = || clock.moment(self.phase);
-        let gap = self.contacts[stop].along(at, (q, v, &a), SHORT * self.slow_time())?;
+        let gap = self.contacts[stop].along(at, (q, v, &a), JERK_STEP * self.slow_time())?;
         Ok((a, gap.acceleration))
     }
 
@@ -46,7 +43,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let bend = |x: &[f64], clock: Clock| self.bend(&motion, stop, x, clock);
         let (a, now) = bend(self.x.slice(), self.clock)?;
         let least = JERK_ROUNDING * self.acceleration_sizes(&[stop])?[0];
-        // Dampers make of what is unknown of the accelerations something unknown of their rates.
+        // Rounding of the accelerations passes on to their rates through the damping.
         let mut shaken = self.x.clone();
         let all: Vec<usize> = (0..self.n_stops()).collect();
         let most = self.acceleration_sizes(&all)?;
@@ -65,7 +62,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
         };
         // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.
-        for step in [SHORT, 10.0 * SHORT, 1e2 * SHORT, 1e3 * SHORT, 1e4 * SHORT].map(|s| s * slow) {
+        for step in [
+            JERK_STEP,
+            10.0 * JERK_STEP,
+            1e2 * JERK_STEP,
+            1e3 * JERK_STEP,
+            1e4 * JERK_STEP,
+        ]
+        .map(|s| s * slow)
+        {
             let once = change(step)?;
             if once.abs() > least {
                 let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();

@@ -1,23 +1,18 @@
-//! The way to an event on the step last taken: the step is taken again, to a contact, a release, or the lowest place of a gap.
+//! Locating an event on the step last taken: the step is taken again with another length \[s\], to a contact, a release, or the minimum of a
+//! gap.
 
-use super::scene::{Integrated, MOST_POLISHES};
-use crate::contact::certified::Doubt;
+use super::scene::{Integrated, MOST_RETAKEN_STEPS};
+use crate::contact::certified::SearchFailure;
 use crate::error::Result;
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
+use crate::tolerance::{LOWEST_NEAR_GUESS, TAYLOR_STEP_PART};
 
-/// A correction below this part of the step, times the root of the relative tolerance, moves the state by its Taylor series
-/// of second order: the velocity is then wrong by 5e-5 of the tolerance.
-const TAYLOR_PART: f64 = 1e-2;
-
-/// A minimum is where the interpolation says, but for this part of the step.
-const LOWEST_NEAR: f64 = 0.25;
-
-/// What became of the way to a contact.
-enum Landing {
+/// The result of locating a contact.
+enum ContactLocation {
     /// The gap is zero at this length of the step.
     At(f64),
     /// No step can be taken to it.
@@ -27,8 +22,8 @@ enum Landing {
 }
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
-    /// Takes note of how far from its stop a gap is half-way to a contact at the end of a step of length s, where it has a speed: the cubic
-    /// there.
+    /// Widens the extent of a gap by its value half-way to a contact at the end of a step of length s, from the cubic with the speeds at both
+    /// ends.
     fn note_extent(&mut self, stop: usize, s: f64, speed: f64) {
         let start = self.gaps[stop];
         let far = 0.5 * start.gap + 0.125 * s * (start.speed - speed);
@@ -72,12 +67,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let mut landed = self.land(dynamics, (stop, order(stop)), (x * h, passed * h), h)?;
         let s = loop {
             match landed {
-                Landing::NoStep => return Ok(Some(Arrival::Underflow)),
-                Landing::Nowhere => {
-                    self.doubt = Some((stop, Doubt::Jumps));
+                ContactLocation::NoStep => return Ok(Some(Arrival::Underflow)),
+                ContactLocation::Nowhere => {
+                    self.doubt = Some((stop, SearchFailure::Jumps));
                     return Ok(None);
                 }
-                Landing::At(s) => match self.passed_beside(stop, orders) {
+                ContactLocation::At(s) => match self.passed_beside(stop, orders) {
                     None => break s,
                     Some(other) => {
                         stop = other;
@@ -106,17 +101,17 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (stop, order): (usize, usize),
         (guess, passed): (f64, f64),
         h: f64,
-    ) -> Result<Landing> {
+    ) -> Result<ContactLocation> {
         let n = self.n();
         let mut s = guess;
         // Until the gap has been seen to be passed it may be so a little later.
         let (mut open, mut closed, mut limit) = (0.0, passed, h.min(2.0 * passed - guess));
         let departed = self.departed(stop, order);
-        let small = TAYLOR_PART * self.tolerance.relative.sqrt() * h;
+        let small = TAYLOR_STEP_PART * self.tolerance.relative.sqrt() * h;
         let is_nonlinear = self.contacts[stop].surface.is_nonlinear();
-        for _ in 0..MOST_POLISHES {
+        for _ in 0..MOST_RETAKEN_STEPS {
             if !self.step(dynamics, s)? {
-                return Ok(Landing::NoStep);
+                return Ok(ContactLocation::NoStep);
             }
             self.evaluate_gaps_ahead(s, h)?;
             let value = self.ahead[stop];
@@ -150,7 +145,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     q[i] += correction * (v[i] + 0.5 * correction * a);
                     v[i] += correction * a;
                 }
-                return Ok(Landing::At(s + correction));
+                return Ok(ContactLocation::At(s + correction));
             }
             // Half the way is no sign that the contact is near, but where nothing is left of it.
             let next = if is_inside {
@@ -160,22 +155,22 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             };
             if next == s || gap.abs() <= f64::EPSILON * size {
                 return Ok(if gap.abs() <= margin {
-                    Landing::At(s)
+                    ContactLocation::At(s)
                 } else {
-                    Landing::Nowhere
+                    ContactLocation::Nowhere
                 });
             }
             s = next;
         }
         if !self.step(dynamics, s)? {
-            return Ok(Landing::NoStep);
+            return Ok(ContactLocation::NoStep);
         }
         self.evaluate_gaps_ahead(s, h)?;
         let gap = self.ahead[stop].gap - departed;
         Ok(if gap.abs() <= self.margin_of(self.ahead[stop]) {
-            Landing::At(s)
+            ContactLocation::At(s)
         } else {
-            Landing::Nowhere
+            ContactLocation::Nowhere
         })
     }
 
@@ -202,7 +197,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         h: f64,
     ) -> Result<Option<f64>> {
         let mut s = guess;
-        for _ in 0..MOST_POLISHES {
+        for _ in 0..MOST_RETAKEN_STEPS {
             if !self.step(dynamics, s)? {
                 return Ok(None);
             }
@@ -214,7 +209,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 ..
             } = self.ahead[stop];
             let correction = -speed / acceleration;
-            let is_near = acceleration > 0.0 && correction.abs() <= LOWEST_NEAR * h;
+            let is_near = acceleration > 0.0 && correction.abs() <= LOWEST_NEAR_GUESS * h;
             let next = s + correction;
             if !is_near || next <= 0.0 || next > h {
                 return Ok(None);

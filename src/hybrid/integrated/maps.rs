@@ -4,7 +4,7 @@ use super::flight_pieces::{FlightPieces, OrbitMethod};
 use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
 use crate::flow::ConstrainedDynamics;
-use crate::flow::differences::{Differences, Watch};
+use crate::flow::differences::{Differences, WarningLog};
 use crate::flow::integrate::{KeptStep, integrate};
 use crate::flow::own_time::OwnTime;
 use crate::flow::steps::{Dop853, Stepper, Tolerance};
@@ -13,10 +13,12 @@ use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::linalg::elementary::power_of_two;
 use crate::model::{
-    Contact, DIFFERENCE, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
+    Contact, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
     reaction_weights, slow_time,
 };
-use crate::tolerance::{DEVIATION_KNOWN, ORBIT_CLOSED_BY_STEPS, SMALLEST_DEVIATION};
+use crate::tolerance::{
+    CENTRAL_DIFFERENCE_STEP, DEVIATION_KNOWN, ORBIT_CLOSED_BY_STEPS, SMALLEST_DEVIATION,
+};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
 
@@ -41,7 +43,7 @@ pub(crate) struct IntegratedMaps {
     series: Option<SeriesFlow>,
     breaks: Breaks,
     /// Where doubts about deviations are noted, if somebody wants to know.
-    watch: Option<Arc<Watch>>,
+    warnings: Option<Arc<WarningLog>>,
 }
 
 impl IntegratedMaps {
@@ -56,18 +58,18 @@ impl IntegratedMaps {
             units: ScaledUnits::default(),
             series: SeriesFlow::new(scene, TOLERANCE),
             breaks: Breaks(scene.excitation().breaks()),
-            watch: None,
+            warnings: None,
         }
     }
 
     /// The same, and where it notes doubts about deviations.
-    pub fn watched(&self) -> (Self, Arc<Watch>) {
-        let watch = Arc::new(Watch::default());
+    pub fn watched(&self) -> (Self, Arc<WarningLog>) {
+        let warnings = Arc::new(WarningLog::default());
         let maps = Self {
-            watch: Some(Arc::clone(&watch)),
+            warnings: Some(Arc::clone(&warnings)),
             ..self.clone()
         };
-        (maps, watch)
+        (maps, warnings)
     }
 
     /// The same for motions of some units: the tolerance is as small beside them as the usual one beside one.
@@ -230,13 +232,13 @@ impl IntegratedMaps {
         // The accelerations of other systems are smooth, contact forces are had by differences themselves.
         let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
         let differences = Differences::new(deviations.ncols(), [position, velocity * unit]);
-        let noted = Watch::default();
-        let (watch, differences) = if is_own {
-            (self.watch.as_ref().map(|_| &noted), differences)
+        let noted = WarningLog::default();
+        let (warnings, differences) = if is_own {
+            (self.warnings.as_ref().map(|_| &noted), differences)
         } else {
             (None, differences.of_one_length())
         };
-        let dynamics = Variational::new(&motion, differences, watch);
+        let dynamics = Variational::new(&motion, differences, warnings);
         let tolerance = Tolerance {
             absolute: absolute * position,
             ..tolerance
@@ -245,9 +247,9 @@ impl IntegratedMaps {
         integrate::<P, _>(&dynamics, part, tolerance, &mut x, |step| {
             dynamics.look_across(&step)
         })?;
-        if let (Some(watch), Some(doubts)) = (&self.watch, noted.noted()) {
+        if let (Some(warnings), Some(doubts)) = (&self.warnings, noted.noted()) {
             for doubt in doubts {
-                watch.note(doubt.at(start.time + doubt.time() * unit));
+                warnings.note(doubt.at(start.time + doubt.time() * unit));
             }
         }
         x[half..].iter_mut().for_each(|v| *v /= unit);
@@ -454,7 +456,7 @@ fn differentiated<T>(
         if size == 0.0 {
             continue;
         }
-        let step = DIFFERENCE * if reach > 0.0 { reach } else { 1.0 } / size;
+        let step = CENTRAL_DIFFERENCE_STEP * if reach > 0.0 { reach } else { 1.0 } / size;
         let (mut ahead, mut behind) = (&*state + &column * step, &*state - &column * step);
         map(&mut ahead)?;
         map(&mut behind)?;

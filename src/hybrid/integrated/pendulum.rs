@@ -21,7 +21,7 @@ pub(crate) fn has_series(scene: &Scene) -> bool {
         System::DoublePendulum(_) | System::PendulumChain(_)
     );
     let is_constant = scene.drifting_damping().is_none();
-    is_pendulum && is_constant && !scene.has_moving_stops() && scene.stops().iter().all(is_given)
+    is_pendulum && is_constant && !scene.has_stop_motion() && scene.stops().iter().all(is_given)
 }
 
 /// The links of a pendulum.

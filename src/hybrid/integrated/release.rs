@@ -1,7 +1,7 @@
 //! Where a contact force falls through zero along a step with stops held, and the step to that release. What happens then:
 //! `simulate/event_loop/hold_or_release.rs`.
 
-use super::scene::{Integrated, MOST_POLISHES};
+use super::scene::{Integrated, MOST_RETAKEN_STEPS};
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::contact::polynomial::Quartic;
 
@@ -14,8 +14,8 @@ use crate::model::Dynamics;
 use crate::tolerance::{DEPENDENT, FORCE_TOL, GAP_ROUNDING};
 use std::sync::Arc;
 
-/// The first secant of a force's zero ends at this part of its guess.
-const BESIDE: f64 = 0.99;
+/// The first secant towards the zero of a force begins at this part of the guess. [work]
+const SECANT_START: f64 = 0.99;
 
 impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// The motion while the stops are held that are now.
@@ -155,10 +155,10 @@ fn zero_near(
     rounding: f64,
     mut force: impl FnMut(f64) -> Result<f64>,
 ) -> Result<f64> {
-    let mut s0 = BESIDE * guess;
+    let mut s0 = SECANT_START * guess;
     let mut f0 = force(s0)?;
     let (mut s, mut f) = (guess, force(guess)?);
-    for _ in 0..MOST_POLISHES {
+    for _ in 0..MOST_RETAKEN_STEPS {
         let next = (s - f * (s - s0) / (f - f0)).clamp(0.0, h);
         if next.is_nan() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
             break;

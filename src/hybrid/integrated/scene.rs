@@ -1,6 +1,6 @@
 //! A scene that is integrated, where it is now.
 
-use crate::contact::certified::{Doubt, Effort, StepTouch};
+use crate::contact::certified::{SearchCost, SearchFailure, StepTouch};
 use crate::contact::curvature::gap_tolerance;
 use crate::error::{Error, Result};
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
@@ -20,8 +20,8 @@ use std::cell::OnceCell;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Steps taken again on the way to one contact: as many as halvings alone need.
-pub(super) const MOST_POLISHES: usize = 60;
+/// Steps taken again on the way to one contact: as many as halvings alone need. [work]
+pub(super) const MOST_RETAKEN_STEPS: usize = 60;
 
 /// What is said of a motion whose steps were held down by stability.
 const STIFF: &str = "; the motion is stiff: stability, not accuracy, held the steps down";
@@ -35,7 +35,7 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) held: Vec<usize>,
     /// Whether each stop stays as far away as it is while these are held: they themselves, and those whose gaps depend on theirs.
     pub(super) is_bound: Vec<bool>,
-    /// The largest contact force of each since it is held.
+    /// The largest contact force of each stop held since it is held, shape `(n_held,)`, \[N\].
     pub(super) peak_forces: Vec<f64>,
     pub(super) phase: f64,
     pub(super) excitation: Excitation,
@@ -43,7 +43,7 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) fastest_forcing: f64,
     /// The longest step along which the gap of a stop that moves is told from the ends; infinite where all rest.
     pub(super) longest_step: f64,
-    /// The times at which a signal passes from one polynomial to the next.
+    /// The times at which a signal passes from one polynomial to the next, ascending, shape `(n_breaks,)`, \[s\].
     pub(super) breaks: Vec<f64>,
     pub(super) tolerance: Tolerance,
     /// Of what the absolute tolerance is a part; none where it is given.
@@ -68,13 +68,13 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) sought: Vec<(usize, usize)>,
     pub(super) sought_touches: Vec<StepTouch>,
     /// What these searches have taken in the run, by stops.
-    pub(super) efforts: Vec<Effort>,
+    pub(super) search_costs: Vec<SearchCost>,
     /// The stop of which the search along the step last tried could not be certified, and why, if it could not.
-    pub(super) doubt: Option<(usize, Doubt)>,
+    pub(super) doubt: Option<(usize, SearchFailure)>,
     /// The place of each stop, once two of them are asked about.
     pub(super) places: OnceCell<Vec<usize>>,
     pub(super) grazes: Vec<Graze>,
-    /// The largest size of the terms of each gap seen on the present flight.
+    /// The largest size of the terms of each gap on the present flight, shape `(n_stops,)`, \[m\].
     pub(super) extents: Vec<f64>,
     /// When the motion was found stiff, if it was.
     pub(super) stiff_from: Option<f64>,
@@ -132,7 +132,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             touches: Vec::new(),
             sought: Vec::new(),
             sought_touches: Vec::new(),
-            efforts: vec![Effort::default(); n_stops],
+            search_costs: vec![SearchCost::default(); n_stops],
             doubt: None,
             places: OnceCell::new(),
             grazes: Vec::new(),
@@ -295,7 +295,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.held.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, asked, 0);
-        self.efforts.fill(Effort::default());
+        self.search_costs.fill(SearchCost::default());
     }
 
     /// The length of which the absolute tolerance is a part: the shortest of the coordinates from where the motion is, or where it is and

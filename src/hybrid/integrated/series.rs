@@ -17,9 +17,7 @@ use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, Links, PhysicalState, Scene, contacts};
 use crate::observer::Observer;
-
-/// How far a link may turn in a step [rad] until it is asked whether its sine is known: of usual steps it is.
-pub(super) const TURN: f64 = 2.0;
+use crate::tolerance::SINE_TURN;
 
 /// Flights along Taylor series.
 pub(crate) struct Taylor {
@@ -264,7 +262,7 @@ impl SeriesSearch {
         motion: BatchMotion<'_, K>,
         (h, is_last): (f64, bool),
     ) -> (f64, bool) {
-        if h * motion.largest(|lane| &lane.v[0]) <= TURN {
+        if h * motion.largest(|lane| &lane.v[0]) <= SINE_TURN {
             return (h, is_last);
         }
         let mut gap = GapSeries::EMPTY;

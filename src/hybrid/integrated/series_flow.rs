@@ -1,15 +1,18 @@
-//! Free motion of a pendulum along its Taylor series from one time to another, with what deviations of its start make of it (theory 8).
+//! Free motion of a pendulum along its Taylor series from one time to another, with first-order deviations of its start (theory 8).
 
 use super::pendulum::{has_series, links_of, series_order};
-use super::series::{SeriesArc, TURN};
+use super::series::SeriesArc;
 use crate::error::{Error, Result};
 use crate::flow::steps::Tolerance;
-use crate::flow::{ABREAST, Abreast, BatchMotion, PendulumSeries, SeriesOf, SeriesTangents};
+use crate::flow::{
+    BatchMotion, PendulumSeries, SeriesOf, SeriesTangents, TANGENT_LANES, TangentLanes,
+};
 use crate::model::{Moment, Scene};
+use crate::tolerance::SINE_TURN;
 use nalgebra::{DMatrix, DVector};
 
-/// Steps before a span counts as too long to integrate.
-const MOST_STEPS: usize = 50_000;
+/// Steps before a span counts as too long to integrate. [work]
+const MOST_SERIES_STEPS: usize = 50_000;
 
 /// Free motion of a pendulum.
 #[derive(Debug, Clone)]
@@ -76,11 +79,11 @@ impl SeriesFlow {
         let moving: Vec<usize> = (0..deviations.ncols())
             .filter(|&j| deviations.column(j).amax() > 0.0)
             .collect();
-        let groups: Vec<&[usize]> = moving.chunks(ABREAST).collect();
+        let groups: Vec<&[usize]> = moving.chunks(TANGENT_LANES).collect();
         let mut tangents = SeriesTangents::new(n, groups.len(), self.pendulum.coefficients());
         let order = self.order();
         self.along(tolerance, (at, span), state, |series, wanted| {
-            let entry = |group: usize, row: usize| -> Abreast {
+            let entry = |group: usize, row: usize| -> TangentLanes {
                 let columns = groups[group];
                 std::array::from_fn(|m| columns.get(m).map_or(0.0, |&j| deviations[(row, j)]))
             };
@@ -155,7 +158,7 @@ impl SeriesFlow {
     ) -> Result<()> {
         let mut series = self.pendulum.room();
         let (mut done, mut before) = (0.0, None);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_SERIES_STEPS {
             let left = span - done;
             if left <= 0.0 {
                 return Ok(());
@@ -170,7 +173,7 @@ impl SeriesFlow {
                 break;
             }
             // Gaps have the sines of the angles, which to the order of flights are known so far.
-            let wanted = wanted.min(TURN / motion.largest(|lane| &lane.v[0]));
+            let wanted = wanted.min(SINE_TURN / motion.largest(|lane| &lane.v[0]));
             let h = go(&series, wanted.min(left));
             if h.is_nan() || done + h == done {
                 break;
@@ -183,7 +186,7 @@ impl SeriesFlow {
         }
         Err(Error::NoConvergence {
             stage: "the integration of a flight",
-            iterations: MOST_STEPS,
+            iterations: MOST_SERIES_STEPS,
             residual: span - done,
         })
     }

@@ -3,7 +3,7 @@
 
 use super::free::FreeFlight;
 use super::scene::Integrated;
-use crate::contact::certified::Doubt;
+use crate::contact::certified::SearchFailure;
 use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::error::Result;
 use crate::flow::steps::control::{first_step, trial_step};
@@ -15,11 +15,9 @@ use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::Gaps;
 use crate::model::{Dynamics, GapValue};
 use crate::observer::Observer;
+use crate::tolerance::MOST_STEP_HALVINGS;
 use std::f64::consts::PI;
 use std::marker::PhantomData;
-
-/// Halvings of a step that cannot tell contact from none, before the interpolant decides.
-const MOST_HALVINGS: usize = 12;
 
 /// Free flights in steps, by what is chosen of their method.
 pub(crate) struct InSteps<C, P> {
@@ -400,7 +398,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 self.h = Some(0.25 * h);
                 continue;
             }
-            let may_shorten = halvings < MOST_HALVINGS;
+            let may_shorten = halvings < MOST_STEP_HALVINGS;
             let FirstEvent { stop, root } =
                 self.contact_along::<E, IS_HELD>(dynamics, orders, (h, may_shorten))?;
             let found = match root {
@@ -490,8 +488,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (h, end): (f64, f64),
     ) -> Result<Option<f64>> {
         Ok(match self.doubt {
-            Some((_, Doubt::Bends)) => (at > 0.0).then_some(at * h),
-            Some((_, Doubt::Long)) => {
+            Some((_, SearchFailure::Bends)) => (at > 0.0).then_some(at * h),
+            Some((_, SearchFailure::Long)) => {
                 (!self.is_hopeless(stop, at * h, end)).then_some(at.min(0.5) * h)
             }
             Some(_) => Some(0.5 * h),

@@ -23,8 +23,8 @@ use crate::tolerance::{RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// Steps that a short flight is like, with its impact.
-const FLIGHT: usize = 16;
+/// Steps that a short flight with its impact is as much work as. [work]
+const STEPS_OF_SHORT_FLIGHT: usize = 16;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     fn evaluate_gaps(&mut self) -> Result<()> {
@@ -279,6 +279,6 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Present for Integrated<'_, S, D, P> {
     }
 
     fn work_of_flight(&self) -> usize {
-        FLIGHT * self.n().pow(2)
+        STEPS_OF_SHORT_FLIGHT * self.n().pow(2)
     }
 }

@@ -16,10 +16,10 @@ struct TrigonometricPolynomial {
     amplitudes: Vec<Complex<f64>>,
 }
 
-/// Halvings of a cell beyond which its values are rounding.
-const DEEPEST: u32 = 45;
-/// Where the first cell begins: at no phase that a symmetry has.
-const START: f64 = 0.37;
+/// Halvings of a range of phases beyond which the values in it are rounding. [work]
+const MOST_PHASE_HALVINGS: u32 = 45;
+/// Where the first range of phases begins [rad]: at no phase that a symmetry has. [work]
+const FIRST_PHASE: f64 = 0.37;
 
 impl TrigonometricPolynomial {
     /// The derivative of some order at x.
@@ -47,7 +47,7 @@ impl TrigonometricPolynomial {
     /// before that: down to the values themselves.
     fn roots(&self) -> Vec<f64> {
         let cells = 4 * self.amplitudes.len();
-        let at = |i: usize| START + TAU * i as f64 / cells as f64;
+        let at = |i: usize| FIRST_PHASE + TAU * i as f64 / cells as f64;
         let mut found = Vec::new();
         let mut open: Vec<(f64, f64, u32)> = (0..cells).map(|i| (at(i), at(i + 1), 0)).collect();
         while let Some((low, high, depth)) = open.pop() {
@@ -58,7 +58,7 @@ impl TrigonometricPolynomial {
             let last = 2 * i32::try_from(self.amplitudes.len()).unwrap_or(i32::MAX);
             match (0..=last).find(is_clear) {
                 Some(order) => found.extend(self.zeros(order, low, high)),
-                None if depth == DEEPEST => {}
+                None if depth == MOST_PHASE_HALVINGS => {}
                 None => open.extend([(low, middle, depth + 1), (middle, high, depth + 1)]),
             }
         }

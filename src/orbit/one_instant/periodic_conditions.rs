@@ -96,7 +96,7 @@ impl<'a> PeriodicConditions<'a> {
         self.n_impulses() + 2 * self.resonant.len()
     }
 
-    /// What rows (positions or velocities of the stops hit) see of the eliminated blocks.
+    /// The part of rows (positions or velocities of the stops hit) that the eliminated blocks give.
     fn sums(&self, rows: &[Vec<Pair>]) -> AffineForm {
         let k = self.n_impulses();
         let mut sums = AffineForm {
@@ -118,7 +118,7 @@ impl<'a> PeriodicConditions<'a> {
         sums
     }
 
-    /// What a row sees of the eliminated blocks under a unit impulse of a stop.
+    /// A row of the eliminated blocks under a unit impulse of a stop.
     pub(in crate::orbit) fn pushed(&self, row: &[Pair], stop: usize) -> f64 {
         let jumps = &self.scene.jumps[stop];
         let mut sum = 0.0;
@@ -131,7 +131,7 @@ impl<'a> PeriodicConditions<'a> {
         sum
     }
 
-    /// What a row sees of the steady response to a harmonic, per unit of cos and sin.
+    /// A row of the steady response to a harmonic, per unit of cos and sin.
     pub(in crate::orbit) fn driven(&self, harmonic: usize, row: &[Pair]) -> Pair {
         let mut sum = [0.0, 0.0];
         for (r, [cos, sin]) in row.iter().zip(&self.steady[harmonic]) {
@@ -180,13 +180,13 @@ impl<'a> PeriodicConditions<'a> {
             if !self.resonant.is_empty() {
                 rhs[a] = -(1.0 + e) * velocity.constant[a];
             }
-            self.put_retained(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
+            self.put_resonant(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
         }
         self.put_repetition(&mut matrix, &mut rhs);
         (matrix, rhs)
     }
 
-    fn put_retained(&self, matrix: &mut DMatrix<f64>, row: usize, factor: f64, stop_row: &[Pair]) {
+    fn put_resonant(&self, matrix: &mut DMatrix<f64>, row: usize, factor: f64, stop_row: &[Pair]) {
         let k = self.n_impulses();
         for (i, &j) in self.resonant.iter().enumerate() {
             matrix[(row, k + 2 * i)] = factor * stop_row[j][0];
@@ -289,7 +289,7 @@ impl<'a> PeriodicConditions<'a> {
             .view_mut((0, inner), (k, self.n_phases()))
             .copy_from(&position.by_phase);
         for (a, &stop) in self.stops.iter().enumerate() {
-            self.put_retained(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
+            self.put_resonant(&mut matrix, a, 1.0, &self.scene.position_rows[stop]);
             for (harmonic, [moved, _]) in self.stop_amplitudes(stop) {
                 matrix[(a, inner + 2 * harmonic)] -= moved.re;
                 matrix[(a, inner + 2 * harmonic + 1)] += moved.im;

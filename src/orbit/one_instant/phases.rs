@@ -5,16 +5,16 @@ use crate::error::Result;
 use crate::linalg::rank::SolutionSet;
 use crate::modal::Pair;
 
-use crate::tolerance::{AT_FOLD, CONDITIONS_RANK, ON_CIRCLE, SOLVABLE};
+use crate::tolerance::{AT_FOLD, CONDITIONS_RANK, ON_UNIT_CIRCLE, SOLVABLE};
 use nalgebra::{DMatrix, DVector};
 
 /// Where the solution set meets the circle.
 pub(crate) struct PhaseSolutions {
-    /// Solutions X, each with |u| = 1.
+    /// Solutions X, each with |u| = 1, of shape (unknowns,): impulses [N s], resonant modal states, cosines and sines [-].
     pub points: Vec<DVector<f64>>,
     /// `1 -` the distance of the set from the origin of the u plane; `None` where there is no solution at all.
     pub margin: Option<f64>,
-    /// Directions, as null vectors X, in which each point may be moved freely.
+    /// Directions, as null vectors X, in which each point may be moved freely, shape (unknowns, dimension), [units of X].
     pub basis: DMatrix<f64>,
     /// Whether every phase is reached.
     pub is_any_phase: bool,
@@ -85,7 +85,7 @@ pub(crate) fn meet_circle(
     match moving.len() {
         0 => {
             phases.margin = Some(1.0 - norm(u0));
-            if (1.0 - norm(u0)).abs() <= ON_CIRCLE {
+            if (1.0 - norm(u0)).abs() <= ON_UNIT_CIRCLE {
                 phases.points.push(x0.clone());
             }
         }

@@ -21,7 +21,7 @@ pub(crate) struct Solution {
     /// The forcing phase at the instant \[rad\], in [0, 2 pi).
     pub phase: f64,
     pub flight: Flight,
-    /// In the order of the stops hit.
+    /// In the order of the stops hit, shape (stops hit,), [N s].
     pub impulses: DVector<f64>,
 }
 

@@ -12,22 +12,23 @@
 use crate::error::Result;
 use crate::hybrid::chatter_map::{Chatter, complete, strike};
 use crate::hybrid::{GapAt, HybridMaps, ScaledUnits, Timed};
-use crate::model::DIFFERENCE;
 use crate::observer::unless_broken_off;
 use crate::orbit::contact_mode::{ContactStage, Event};
-use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
+use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 
-/// Newton steps before giving up.
-pub(super) const MOST_STEPS: usize = 60;
+/// Newton steps before giving up. [work]
+pub(super) const MOST_SHOOTING_STEPS: usize = 60;
 
 /// A motion between instants, closed or nearly so: flight k goes from `starts[k]`, which is `times[k]` unless impacts
 /// accumulate from there, to `times[k + 1]`, and its state is the one at its start.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ShootingState {
-    /// The instants, one more than there are flights.
+    /// The instants, one more than there are flights, shape (flights + 1,), [s].
     pub times: Vec<f64>,
+    /// The starts of the flights, shape (flights,), [s].
     pub starts: Vec<f64>,
+    /// The state (q, v) at the start of each flight, each of shape (2n,), [m, m/s].
     pub states: Vec<DVector<f64>>,
 }
 
@@ -49,23 +50,23 @@ impl ShootingState {
     }
 }
 
-/// What a flight ends with.
+/// The end of a flight: the state and what happens to it there.
 #[derive(Debug, Clone)]
 pub(crate) struct FlightEnd {
-    /// The state before the instant.
+    /// The state (q, v) before the instant, shape (2n,), [m, m/s].
     pub before: DVector<f64>,
-    /// The impulses of the stops struck together there.
+    /// The impulses of the stops struck together there, shape (stops struck,), [N s].
     pub impulses: Vec<f64>,
     /// The impacts that accumulate from there.
     pub chatter: Option<Chatter>,
 }
 
-/// The times that are unknown.
+/// Which times are unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clocked {
-    /// By a forcing: every impact has its time, and the last flight ends one period after the first began.
+    /// A forcing: every impact has its time, and the last flight ends one period [s] after the first began.
     Forced { period: f64 },
-    /// By nothing: time counts from the first impact, and the period is an unknown.
+    /// None: time counts from the first impact, and the period is an unknown.
     Free,
 }
 
@@ -74,16 +75,16 @@ pub(crate) struct Shooting<'a> {
     pub motion: &'a dyn HybridMaps,
     pub stages: &'a [ContactStage],
     pub clocked: Clocked,
-    /// Of a motion that closes half a period later with its mirror image: the image of each stop.
+    /// The image of each stop, where a motion closes half a period later with its mirror image.
     pub images: Option<&'a [usize]>,
     /// Singular values below which a loop is not corrected along their directions: at first, and where it comes no nearer to closing.
     pub weak_directions: [f64; 2],
 }
 
-/// Of flights in closed form all directions come first.
-pub(crate) const OF_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
-/// Of integrated ones those that their errors leave.
-pub(crate) const OF_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
+/// Flights in closed form: corrections along all directions come first. [work]
+pub(crate) const WEAK_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
+/// Integrated flights: corrections along the directions that their errors leave come first. [work]
+pub(crate) const WEAK_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
 
 impl Shooting<'_> {
     fn event(&self, k: usize) -> &Event {
@@ -116,7 +117,7 @@ impl Shooting<'_> {
         self.images.is_some() && k + 1 == self.stages.len()
     }
 
-    /// The end of such a flight becomes its image, half a period before; that of another stays.
+    /// Replaces the end of a flight that is to close with its mirror image by the image, half a period before; leaves another flight alone.
     pub(super) fn mirror(&self, k: usize, state: &ShootingState, y: &mut Timed) {
         if self.is_mirrored(k) {
             y.state.neg_mut();
@@ -151,7 +152,7 @@ impl Shooting<'_> {
         }
     }
 
-    /// What instant k makes of a state before it; the impulses, and the impacts that accumulate there.
+    /// Maps a state before instant k to the one after it; returns the impulses, and the accumulating impacts there.
     pub(crate) fn pass(
         &self,
         k: usize,
@@ -198,7 +199,7 @@ impl Shooting<'_> {
                 for (j, column) in y.deviations.column_iter().enumerate() {
                     let size = units.size_of(column.iter(), y.delays[j]);
                     if size > 0.0 {
-                        let step = DIFFERENCE / size;
+                        let step = CENTRAL_DIFFERENCE_STEP / size;
                         let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
                         row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
                     }
@@ -208,7 +209,7 @@ impl Shooting<'_> {
         }
     }
 
-    /// Carries a state and deviations along flight k; its Jacobian where it is made on the way.
+    /// Moves a state and deviations along flight k; returns the Jacobian of the flight where it was made.
     pub(super) fn fly(
         &self,
         k: usize,
@@ -222,7 +223,7 @@ impl Shooting<'_> {
     }
 
     /// The end of flight k, at instant k + 1, without deviations; of a last flight that is to close with its mirror image, the image.
-    pub(super) fn flown(&self, k: usize, state: &ShootingState) -> Result<Timed> {
+    pub(super) fn end_of_flight(&self, k: usize, state: &ShootingState) -> Result<Timed> {
         let len = state.states[0].len();
         let mut y = Timed {
             time: state.times[k + 1],
@@ -237,7 +238,7 @@ impl Shooting<'_> {
 
     pub(crate) fn units(&self, state: &ShootingState) -> Result<ScaledUnits> {
         // Behind impacts that take all speed the states may all be zero but for rounding; the ends of the flights are not.
-        let end = |k: usize| Ok(self.flown(k, state)?.state);
+        let end = |k: usize| Ok(self.end_of_flight(k, state)?.state);
         let ends: Vec<DVector<f64>> = (0..state.states.len()).map(end).collect::<Result<_>>()?;
         let period = match self.clocked {
             Clocked::Forced { period } => period,
@@ -254,7 +255,7 @@ impl Shooting<'_> {
     ) -> Result<Vec<FlightEnd>> {
         (0..state.states.len())
             .map(|k| {
-                let mut y = self.flown(k, state)?;
+                let mut y = self.end_of_flight(k, state)?;
                 let before = y.state.clone();
                 let (impulses, chatter) = self.pass(k + 1, units, &mut y)?;
                 Ok(FlightEnd {
@@ -275,7 +276,7 @@ impl Shooting<'_> {
                     self.motion.gap(stop, state.start(k), &state.states[k])?;
                 worst.note(gap / (gradient.amax() * units.position));
             }
-            let mut y = self.flown(k, state)?;
+            let mut y = self.end_of_flight(k, state)?;
             if let Some((condition, _)) = self.condition(k + 1, units, &y)? {
                 worst.note(condition);
             }
@@ -307,14 +308,14 @@ impl Shooting<'_> {
     }
 }
 
-/// The worst of what a loop lacks.
+/// The largest residual of a loop.
 #[derive(Default)]
 pub(super) struct Mismatch {
     pub size: f64,
 }
 
 impl Mismatch {
-    /// Takes note of what is to be zero; what is no number is beyond all.
+    /// Takes note of a residual; one that is not a number counts as infinite.
     pub fn note(&mut self, lacks: f64) {
         let size = if lacks.is_nan() {
             f64::INFINITY

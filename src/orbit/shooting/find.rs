@@ -17,8 +17,8 @@ use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-/// States of a trajectory, one in each period of the forcing, that are looked at for a drift.
-const LOOKED_AT: usize = 100;
+/// States of a trajectory, one in each period of the forcing, by which a drift is recognised. [work]
+const DRIFT_STATES: usize = 100;
 
 /// A periodic motion near a guess: another orbit (of other parameters, say), a trajectory that comes near it, or a state.
 ///
@@ -87,13 +87,13 @@ pub fn find_orbit_observed<'a>(
     }
 }
 
-/// What a trajectory that drifts is refused with.
+/// The error for a trajectory that drifts.
 fn drift(run: &Trajectory) -> Result<Option<Error>> {
     let Some(period) = run.scene().period().filter(|_| run.ramps().is_empty()) else {
         return Ok(None);
     };
     let (start, end) = run.span();
-    let count = (((end - start) / period) as usize + 1).min(LOOKED_AT);
+    let count = (((end - start) / period) as usize + 1).min(DRIFT_STATES);
     let n = run.scene().n_dof();
     let mut states = DMatrix::zeros(count, 2 * n);
     for k in 0..count {

@@ -12,16 +12,12 @@ use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
 use crate::simulate::{ImpactSide, SimulateOptions, Trajectory, simulate};
-use crate::tolerance::{AT_REST, RATIO_TOL, RETURNED};
+use crate::tolerance::{GUESS_RUN_PERIODS, GUESS_WAIT_PERIODS, RATIO_TOL, RETURNED, STATE_AT_REST};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// Forcing periods in one period of the motion that are looked for in a trajectory.
-const MOST_PERIODS: usize = 64;
-
-/// Periods for which the motion from a state is followed, and in which its first instant is waited for.
-pub(super) const FOLLOWED: f64 = 2.5;
-const WAITED: f64 = 1.25;
+/// The most forcing periods in one period of the motion that are looked for in a trajectory. [work]
+const MOST_GUESS_PERIODS: usize = 64;
 
 /// What [`crate::find_orbit`] starts from.
 #[derive(Debug, Clone, Copy)]
@@ -62,18 +58,18 @@ pub(crate) struct Start {
     pub n_periods: usize,
     /// The forcing phase at the first instant.
     pub phase: f64,
-    /// The times of the instants, in parts of the period, the first one 0.
+    /// The times of the instants in parts of the period, the first one 0, shape (instants,), [-].
     pub parts: Vec<f64>,
-    /// The starts of the flights, in the same parts: behind impacts that accumulate they are later.
+    /// The starts of the flights in parts of the period, later than their instants where impacts accumulate, shape (instants,), [-].
     pub starts: Vec<f64>,
     /// The period that the guess itself has.
     pub period: f64,
-    /// The state (q, v) at the start of each flight, or the one state of a motion without instants.
+    /// The state (q, v) at the start of each flight, or the one state of a motion without instants, each of shape (2n,), [m, m/s].
     pub states: Vec<DVector<f64>>,
 }
 
 impl Start {
-    /// What stays of it while its numbers change.
+    /// The part of it that stays while its numbers change.
     pub fn signature(&self, depends_on_time: bool) -> Signature {
         let units = ScaledUnits::of(self.states.iter(), self.period);
         Signature {
@@ -132,7 +128,7 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
     ))
 }
 
-/// What happens along an orbit.
+/// The instants of an orbit.
 fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
     let flights = orbit.flights();
     let mut impacts = orbit.impacts().iter();
@@ -225,7 +221,7 @@ fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
     };
     let approach = instants.iter().map(|instant| instant.approach);
     let (q, v) = (largest(0), approach.fold(largest(1), f64::max));
-    [q.max(v * span), v.max(q / span)].map(|size| AT_REST * size)
+    [q.max(v * span), v.max(q / span)].map(|size| STATE_AT_REST * size)
 }
 
 /// How far two instants are from being the same one a number of periods later, relative to the motion's size.
@@ -275,7 +271,7 @@ fn from_trajectory(
         Some(w) => {
             let period = TAU / w;
             let recorded = ((end - start) / period).floor() as usize;
-            let candidates = n_periods.map_or(1..=recorded.min(MOST_PERIODS), |n| n..=n);
+            let candidates = n_periods.map_or(1..=recorded.min(MOST_GUESS_PERIODS), |n| n..=n);
             let returns = candidates.filter_map(|n| {
                 let (k, d) = nearest(earlier, last, (n, period), rest)?;
                 Some((k, n, d))
@@ -325,11 +321,14 @@ fn from_state(
     n_periods: usize,
     period: f64,
 ) -> Result<Start> {
-    let span = (0.0, FOLLOWED * period);
+    let span = (0.0, GUESS_RUN_PERIODS * period);
     let run = simulate(scene, q, v, span, &SimulateOptions::default())?;
     let stretches = run.stretches()?;
     let all = instants_of(&run)?;
-    let Some(first) = all.first().filter(|first| first.time <= WAITED * period) else {
+    let Some(first) = all
+        .first()
+        .filter(|first| first.time <= GUESS_WAIT_PERIODS * period)
+    else {
         let held = stretches.last().map_or(&[][..], |stretch| stretch.stops);
         return without_instants(&run, scene.frequency(), Some(n_periods), held);
     };
@@ -371,8 +370,8 @@ fn begin_with_impact(round: &mut [Instant], period: f64) -> Result<()> {
     let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
     let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
     let after = (round.iter().position(is_release)).map_or(0, |release| release + 1);
-    let mut behind = (after..round.len()).chain(0..after);
-    let Some(landing) = behind.find(|&k| is_strike(&round[k])) else {
+    let mut in_order = (after..round.len()).chain(0..after);
+    let Some(landing) = in_order.find(|&k| is_strike(&round[k])) else {
         let time = round.last().map_or(0.0, |instant| instant.time);
         return Err(unsupported("no impact but those that accumulate", time));
     };

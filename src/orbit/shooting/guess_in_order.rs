@@ -1,4 +1,4 @@
-//! What happens from a state on if of the stops only some are looked at, one after the other in an order that is given, and all others are
+//! A guess for an orbit of a given pattern: from a state on, each stop of the pattern is waited for in its order, and all other stops are
 //! passed through.
 
 use crate::error::{Error, Result};
@@ -8,11 +8,12 @@ use crate::impact::wrapped;
 use crate::model::{Change, Scene};
 use crate::orbit::contact_mode::{ContactStage, Event};
 use crate::orbit::pattern::Pattern;
-use crate::orbit::shooting::guess::{FOLLOWED, Guess, Start, period_of_state, started};
+use crate::orbit::shooting::guess::{Guess, Start, period_of_state, started};
 use crate::orbit::shooting::guess_instants::Instant;
 use crate::orbit::shooting::own_time::with_phase;
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use crate::simulate::{ImpactSide, SimulateOptions, simulate};
+use crate::tolerance::GUESS_RUN_PERIODS;
 use nalgebra::{DMatrix, DVector};
 
 /// The start that a guess is if its stops are those of a pattern, in its order: from the state itself, from the end of a trajectory, from
@@ -83,7 +84,7 @@ fn instants_in_order(
             // They are hit together where the first of them is.
             let own = stops.iter().map(|&stop| scene.stops()[stop].clone());
             let looked_at = scene.replace(Change::Stops(own.collect()))?;
-            let span = (time, time + FOLLOWED * period);
+            let span = (time, time + GUESS_RUN_PERIODS * period);
             let refused = |what: &str| {
                 let rule = format!("from the guess stop {} is {what}", stops[0]);
                 Error::bad_value(format!("pattern[{k}]"), format!("{stops:?}"), rule)

@@ -8,22 +8,23 @@ use crate::path::Stretch;
 use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::DVector;
 
-/// What happens at one time of a motion, and the state after.
+/// An instant of a motion: what happens at one time, and the state after it.
 #[derive(Debug, Clone)]
 pub(crate) struct Instant {
     pub time: f64,
-    /// When the flight behind it starts, which has the state.
+    /// The start of the flight after it [s], at which `state` is taken.
     pub start: f64,
     pub phase: f64,
     pub event: Event,
-    /// The stops held behind it.
+    /// The stops held after it.
     pub held: Vec<usize>,
     /// The approach speed of an impact.
     pub approach: f64,
+    /// The state (q, v) at `start`, shape (2n,), [m, m/s].
     pub state: DVector<f64>,
 }
 
-/// What happens along a trajectory.
+/// The instants of a trajectory.
 pub(crate) fn instants_of(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let stretches = trajectory.stretches()?;
     let mut kinds = stretches.iter().map(|stretch| stretch.kind);
@@ -65,18 +66,18 @@ fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     Ok(found)
 }
 
-/// What happens along a trajectory with lasting contact, segment by segment.
+/// The instants of a trajectory with lasting contact, segment by segment.
 fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let phase_at = trajectory.forcing_phase();
     let stretches = trajectory.stretches()?;
     let is_part = |s: &&Stretch<'_>| s.end > s.start || s.kind == SegmentKind::Chatter;
-    let flown = stretches.iter().filter(is_part);
+    let parts = stretches.iter().filter(is_part);
     let mut impacts = trajectory.impacts().iter().peekable();
     let mut found = Vec::new();
     let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
     for &Stretch {
         kind, start, stops, ..
-    } in flown
+    } in parts
     {
         let slack = 4.0 * f64::EPSILON * start.abs();
         let (mut struck, mut approach) = (Vec::new(), 0.0f64);

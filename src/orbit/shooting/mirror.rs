@@ -5,18 +5,16 @@ use crate::hybrid::HybridMaps;
 use crate::hybrid::ScaledUnits;
 use crate::model::Scene;
 use crate::orbit::shooting::closure::ShootingState;
+use crate::tolerance::OPPOSITE_SIDES;
 use nalgebra::DVector;
-
-/// What opposite sides may differ by, relative.
-const OPPOSITE: f64 = 1e-10;
 
 /// Whether two vectors are opposite, to a part of their size.
 fn are_opposite(a: &DVector<f64>, b: &DVector<f64>) -> bool {
-    (a + b).amax() <= OPPOSITE * a.amax().max(b.amax())
+    (a + b).amax() <= OPPOSITE_SIDES * a.amax().max(b.amax())
 }
 
-/// Of each stop its mirror image, where for any motion `q(t)` of a scene `-q(t + T/2)` is one too, T the period of its forcing; as far as the
-/// first state of a loop and two more show it. None where the scene is not like that.
+/// The mirror image of each stop, where for any motion `q(t)` of a scene `-q(t + T/2)` is one too, T the period of its forcing, as far as the
+/// first state of a loop and two more show it; `None` for other scenes.
 pub(crate) fn images(
     motion: &dyn HybridMaps,
     scene: &Scene,
@@ -51,8 +49,8 @@ pub(crate) fn images(
         for (t, x) in &samples {
             let (one, two) = (motion.gap(stop, *t, x)?, motion.gap(other, t + half, &-x)?);
             let size = one.gap.abs().max(one.gradient.amax() * x.amax());
-            let same = (one.gap - two.gap).abs() <= OPPOSITE * size
-                && (one.slope - two.slope).abs() <= OPPOSITE * one.slope.abs()
+            let same = (one.gap - two.gap).abs() <= OPPOSITE_SIDES * size
+                && (one.slope - two.slope).abs() <= OPPOSITE_SIDES * one.slope.abs()
                 && are_opposite(&one.gradient, &two.gradient);
             let reactions = (motion.reaction(stop, x)?, motion.reaction(other, &-x)?);
             if !same || !are_opposite(&reactions.0, &reactions.1) {

@@ -1,38 +1,39 @@
-//! A step of Newton's method on a loop: its equations linearised, the least correction, as much of it as helps.
+//! Newton's method on a loop (theory 5): the linearised equations, the correction of least norm, and as much of it as brings the loop nearer
+//! to closing. Unknowns xi: the first state and the times of the instants, in `ScaledUnits` [-].
 
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
 use crate::observer::stop_if;
-use crate::orbit::shooting::carried::{Carried, FlightMap};
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, MOST_STEPS, Mismatch, Shooting, ShootingState,
+    Clocked, FlightEnd, MOST_SHOOTING_STEPS, Mismatch, Shooting, ShootingState,
 };
+use crate::orbit::shooting::transported_flight::{FlightMap, TransportedFlight};
+use crate::tolerance::{NEAR_FOLD, SHRUNK_MOTION, ZERO_MISMATCH};
 use nalgebra::{DMatrix, DVector};
 use std::ops::ControlFlow;
 
-/// Halvings of a Newton step that does not bring the motion nearer to closing.
-const MOST_HALVINGS: i32 = 12;
-/// A mismatch of which nothing is left: that of a motion that stands still could be made smaller without end.
-const NOTHING: f64 = 1e-18;
-/// A motion of which no more than this is left of the guess is none.
-const LOST: f64 = 1e-8;
+/// Halvings of a Newton step that does not bring the motion nearer to closing. [work]
+const MOST_CORRECTION_HALVINGS: i32 = 12;
 
 /// The equations linearised about a loop: `rows xi = right`, and the corrections `times[k] (xi, 1)` of every instant, `states[k] (xi, 1)`
 /// and `starts[k] (xi, 1)` of every flight.
 #[derive(Debug, Clone)]
 pub(crate) struct Linearised {
+    /// Derivatives of the residuals by the unknowns xi: the first state in units of positions and velocities, then the times that are unknown
+    /// in units of time, shape (equations, unknowns), [-] in `ScaledUnits`.
     pub rows: DMatrix<f64>,
+    /// The residuals with the opposite sign, shape (equations,), [-] in `ScaledUnits`.
     pub right: DVector<f64>,
     /// How far the loop is from closing.
     pub mismatch: f64,
-    /// What the rows have of the unknowns a period later, which are those at its start.
+    /// The part of `rows` that multiplies the unknowns a period later, which are those at the start, shape (equations, unknowns), [-].
     pub closing: DMatrix<f64>,
     times: Vec<DVector<f64>>,
     starts: Vec<DVector<f64>>,
     states: Vec<DMatrix<f64>>,
-    /// What flights make of deviations, where that was made on the way.
+    /// The maps of the flights, where they were made.
     flights: Vec<Option<FlightMap>>,
 }
 
@@ -43,12 +44,13 @@ impl Linearised {
         &self.rows + &self.closing * (multiplier - 1.0)
     }
 
-    /// What corrections of the unknowns make of every time and state; of none, what closing the flights one after the other makes of them.
+    /// The corrections of every time and state that follow from those of the unknowns; without unknowns, those that close the flights one
+    /// after the other.
     pub fn corrections(&self, xi: &DVector<f64>) -> ShootingState {
         self.of(xi.clone().push(1.0))
     }
 
-    /// What deviations of the unknowns make of every time and state.
+    /// The deviations of every time and state that follow from those of the unknowns.
     pub fn deviations(&self, xi: &DVector<f64>) -> ShootingState {
         self.of(xi.clone().push(0.0))
     }
@@ -70,9 +72,6 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
     Ok(equations.corrections(&xi))
 }
 
-/// A singular value of so small a part of the largest one is that of a fold nearby.
-const NEAR_FOLD: f64 = 3e-3;
-
 impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
     pub fn solve(
@@ -85,7 +84,7 @@ impl Shooting<'_> {
         let first_units = units;
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
-        while steps < MOST_STEPS && mismatch > NOTHING {
+        while steps < MOST_SHOOTING_STEPS && mismatch > ZERO_MISMATCH {
             stop_if(observer())?;
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
@@ -105,7 +104,7 @@ impl Shooting<'_> {
         }
         // Without forcing a state of rest closes at any period.
         let is_lost =
-            self.clocked == Clocked::Free && units.velocity <= LOST * first_units.velocity;
+            self.clocked == Clocked::Free && units.velocity <= SHRUNK_MOTION * first_units.velocity;
         if mismatch <= self.motion.closes_to() && !is_lost {
             let flight_ends = self.flight_ends(&current, &units)?;
             return Ok((current, flight_ends));
@@ -148,8 +147,8 @@ impl Shooting<'_> {
         self.equations(state, units, self.n_unknowns(state), &[])
     }
 
-    /// What a loop lacks, and what closing its flights one after the other from the first state makes of the others: the equations of no
-    /// unknowns, about a loop beside another one, by the flights of that where they are known.
+    /// The residuals of a loop beside another one, and the corrections that close its flights one after the other from the first state:
+    /// equations without unknowns, with the maps of the flights of the other loop where they are known.
     pub(crate) fn lacking(
         &self,
         state: &ShootingState,
@@ -207,9 +206,9 @@ impl Shooting<'_> {
             let start = state.starts[k];
             let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
             deviations -= rate * delays.transpose();
-            let Carried { y, condition, map } = match known.get(k) {
-                Some(Some(map)) => self.carried_by(map, k, (state, units), &deviations)?,
-                _ => self.carried(k, (state, units), deviations)?,
+            let TransportedFlight { y, condition, map } = match known.get(k) {
+                Some(Some(map)) => self.transported_by(map, k, (state, units), &deviations)?,
+                _ => self.transported(k, (state, units), deviations)?,
             };
             if let Some((condition, mut row)) = condition {
                 row[unknowns] += condition;
@@ -255,7 +254,7 @@ impl Shooting<'_> {
         })
     }
 
-    /// What the unknowns make of the time of instant k.
+    /// The derivatives of the time of instant k by the unknowns [s].
     pub(super) fn shift(&self, k: usize, unknowns: usize, units: &ScaledUnits) -> DVector<f64> {
         let mut delays = DVector::zeros(unknowns + 1);
         if let Some(j) = self.time_index(k).filter(|_| unknowns > 0) {
@@ -272,11 +271,11 @@ impl Shooting<'_> {
         units: &ScaledUnits,
         observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<(ShootingState, f64)>> {
-        // What is closed is only polished.
+        // A loop that is closed is only polished.
         let tries = if mismatch <= self.motion.closes_to() {
             1
         } else {
-            MOST_HALVINGS
+            MOST_CORRECTION_HALVINGS
         };
         for halvings in 0..tries {
             stop_if(observer())?;

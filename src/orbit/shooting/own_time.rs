@@ -7,8 +7,8 @@ use crate::tolerance::REPEATS;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// Parts of a period, with no simple ratio, at which the equations are compared.
-const PARTS: [f64; 7] = [0.0, 0.113, 0.271, 0.377, 0.519, 0.683, 0.857];
+/// Parts of a period, with no simple ratio, at which the equations are compared. [work]
+const COMPARED_TIMES: [f64; 7] = [0.0, 0.113, 0.271, 0.377, 0.519, 0.683, 0.857];
 
 fn acceleration(system: &NonlinearSystem, t: f64, state: &DVector<f64>) -> Result<Vec<f64>> {
     let (q, v) = state.as_slice().split_at(system.n_dof());
@@ -30,7 +30,7 @@ fn change(system: &NonlinearSystem, times: [f64; 2], state: &DVector<f64>) -> Re
 /// Whether equations depend on time by themselves, as far as some states show it.
 fn depends_on_time(system: &NonlinearSystem, span: f64, states: &[DVector<f64>]) -> Result<bool> {
     for state in states {
-        for part in &PARTS[1..] {
+        for part in &COMPARED_TIMES[1..] {
             if change(system, [0.0, part * span], state)?[0] > 0.0 {
                 return Ok(true);
             }
@@ -63,7 +63,7 @@ pub(crate) fn depends_on_own_time(scene: &Scene, states: &[DVector<f64>]) -> Res
         );
     }
     for state in states {
-        for part in PARTS {
+        for part in COMPARED_TIMES {
             let t = part * period;
             let [changed, size] = change(system, [t, t + period], state)?;
             if changed > REPEATS * size.max(changed.min(1.0)) {

@@ -13,10 +13,12 @@ use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, OF_EXACT, OF_INTEGRATED, Shooting, ShootingState,
+    Clocked, FlightEnd, Shooting, ShootingState, WEAK_EXACT, WEAK_INTEGRATED,
 };
-use crate::orbit::shooting::legs::{Leg, in_order, legs, struck_in_order};
 use crate::orbit::shooting::own_time::with_phase;
+use crate::orbit::shooting::shooting_flight::{
+    ShootingFlight, in_order, shooting_flights, struck_in_order,
+};
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -32,7 +34,7 @@ pub(crate) struct Signature {
     pub depends_on_time: bool,
     /// The units of the states that it was read from: of motions that are integrated, absolute tolerances are parts of them.
     pub units: ScaledUnits,
-    /// Of a motion that is its own mirror image half a period later, of which the stages are one half: the image of each stop.
+    /// The image of each stop, where the motion is its own mirror image half a period later; the stages are then those of one half.
     pub images: Option<Vec<usize>>,
 }
 
@@ -50,7 +52,7 @@ impl Signature {
     }
 }
 
-/// What makes an orbit of a closed loop, with the ends of its flights.
+/// A function that makes an orbit of a closed loop and the ends of its flights.
 pub(crate) type OrbitOf<'a> = &'a dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>;
 
 /// Does some work with the equations of a signature in a scene, whatever moves it; the phase of the scene is that of the forcing at time
@@ -77,7 +79,7 @@ pub(crate) fn with_shooting<T>(
             stages,
             clocked,
             images,
-            weak_directions: OF_INTEGRATED,
+            weak_directions: WEAK_INTEGRATED,
         };
         return work(&shooting, &orbit);
     }
@@ -97,7 +99,7 @@ pub(crate) fn with_shooting<T>(
         stages,
         clocked,
         images,
-        weak_directions: OF_EXACT,
+        weak_directions: WEAK_EXACT,
     };
     work(&shooting, &orbit)
 }
@@ -111,16 +113,21 @@ fn parts<M: HybridMaps>(
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> ModalState,
 ) -> Result<OrbitData> {
-    let legs = in_order(legs(&signature.stages, found, flight_ends, motion)?);
+    let flights = in_order(shooting_flights(
+        &signature.stages,
+        found,
+        flight_ends,
+        motion,
+    )?);
     let (instants, impulses) = struck_in_order(&signature.stages, flight_ends);
-    let flight = |leg: Leg| Flight {
+    let flight = |own: ShootingFlight| Flight {
         start: 0.0,
-        span: leg.end - leg.start,
-        after: pairs(&leg.after),
-        before_next: pairs(&leg.before_next),
-        mode: leg.mode,
+        span: own.end - own.start,
+        after: pairs(&own.after),
+        before_next: pairs(&own.before_next),
+        mode: own.mode,
     };
-    let mut flights: Vec<Flight> = legs.into_iter().map(flight).collect();
+    let mut flights: Vec<Flight> = flights.into_iter().map(flight).collect();
     // The starts are the sums of the spans, as those of an orbit that was saved.
     let mut elapsed = 0.0;
     for flight in &mut flights {

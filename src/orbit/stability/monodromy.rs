@@ -8,9 +8,10 @@ use nalgebra::{DMatrix, DVector};
 
 /// One flight: its start, its end and its first state.
 #[derive(Debug)]
-pub(crate) struct Flown<'a> {
+pub(crate) struct MonodromyFlight<'a> {
     pub start: f64,
     pub end: f64,
+    /// The state (q, v) at its start, shape (2n,), [m, m/s].
     pub state: DVector<f64>,
     pub mode: &'a ContactMode,
 }
@@ -21,7 +22,7 @@ pub(crate) fn monodromy<M: HybridMaps>(
     motion: &M,
     pattern: &[Vec<usize>],
     order: &[Vec<usize>],
-    flights: &[Flown<'_>],
+    flights: &[MonodromyFlight<'_>],
 ) -> Result<DMatrix<f64>> {
     let len = flights.first().map_or(0, |flight| flight.state.len());
     let mut deviations = DMatrix::identity(len, len);

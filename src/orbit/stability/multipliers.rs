@@ -12,7 +12,7 @@ use crate::orbit::verdict::admissibility::{Admissibility, Touch};
 use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Stops hit together whose orders are all followed; their number grows as the factorial.
+/// Stops hit together whose orders are all followed; their number grows as the factorial. [work]
 const MOST_TOGETHER: usize = 5;
 
 /// The multipliers of one order in which stops hit together are taken.
@@ -20,9 +20,9 @@ const MOST_TOGETHER: usize = 5;
 pub struct OrderMultipliers {
     /// The stops in the order of their impacts over one period.
     pub order: Vec<usize>,
-    /// Floquet multipliers, shape `(2n,)`, largest modulus first.
+    /// Floquet multipliers, shape `(2n,)`, [-], largest modulus first.
     pub multipliers: DVector<Complex<f64>>,
-    /// The monodromy matrix in (q, v), shape `(2n, 2n)`.
+    /// The monodromy matrix in (q, v), shape `(2n, 2n)`, [m, m/s].
     pub monodromy: DMatrix<f64>,
 }
 

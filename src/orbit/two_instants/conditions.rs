@@ -5,30 +5,31 @@
 use crate::flow::ModalScene;
 use crate::modal::{Form, ModalState, Pair, times};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
-use crate::orbit::two_instants::green::{Green, TimeCell, turned};
+use crate::orbit::two_instants::green::{Green, TimeInterval, turned};
 use crate::orbit::two_instants::polish::Root;
 use crate::orbit::two_instants::resonant::ResonantModes;
 use crate::orbit::two_instants::taylor_model::UnscaledModel;
 use crate::orbit::two_instants::units::Units;
+use crate::tolerance::REPEATED_IMPULSE;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Rows: restitution of each stop, repetition of the resonant modes, contact of each stop. Columns: impulses, states of
 /// the resonant modes, cos and sin, right-hand side.
-pub(crate) struct Conditions<'a> {
+pub(crate) struct TwoInstantConditions<'a> {
     pub(in crate::orbit) instant: &'a PeriodicConditions<'a>,
     /// Stops of the first instant; those of the second follow in `instant.stops`.
     pub(in crate::orbit) first: usize,
-    /// The equations with dt = 0 wherever dt enters.
+    /// The equations with dt = 0 wherever dt enters, shape (rows, columns) as above, [physical units].
     pub(in crate::orbit) constant: DMatrix<f64>,
     pub(in crate::orbit) units: Units,
-    /// What each stop's impulse leaves of itself in the eliminated modes.
+    /// The response of the eliminated modes to an impulse of each stop.
     green: Vec<Green>,
-    /// What the restitution and the contact rows of the stops of either instant see of the eliminated modes.
-    seen: [Vec<(f64, Vec<Pair>)>; 2],
+    /// The restitution and the contact rows of the stops of either instant, in the eliminated modes.
+    eliminated_rows: [Vec<(f64, Vec<Pair>)>; 2],
     pub(in crate::orbit) resonant: Option<ResonantModes<'a>>,
 }
 
-impl<'a> Conditions<'a> {
+impl<'a> TwoInstantConditions<'a> {
     /// The conditions for the stops of `instant`, of which the first few are hit at the first instant.
     pub fn new(instant: &'a PeriodicConditions<'a>, first: usize) -> Self {
         let scene = instant.scene;
@@ -67,7 +68,7 @@ impl<'a> Conditions<'a> {
             })
             .collect();
         let pick = |row: &[Pair]| eliminated.iter().map(|&j| row[j]).collect::<Vec<_>>();
-        let seen = [&instant.stops[..first], &instant.stops[first..]].map(|stops| {
+        let eliminated_rows = [&instant.stops[..first], &instant.stops[first..]].map(|stops| {
             let velocity = stops.iter().map(|&a| {
                 (
                     -1.0 - scene.geometry.restitutions[a],
@@ -86,7 +87,7 @@ impl<'a> Conditions<'a> {
             constant,
             units,
             green,
-            seen,
+            eliminated_rows,
             resonant,
         }
     }
@@ -106,12 +107,12 @@ impl<'a> Conditions<'a> {
     }
 
     /// Whether modes keep their unknowns.
-    pub fn has_retained(&self) -> bool {
+    pub fn has_resonant_modes(&self) -> bool {
         self.resonant.is_some()
     }
 
     /// The equations over a cell of dt, by rows, unscaled.
-    pub fn entries(&self, cell: &TimeCell) -> Vec<UnscaledModel> {
+    pub fn entries(&self, cell: &TimeInterval) -> Vec<UnscaledModel> {
         let (k, inner, width) = (
             self.instant.stops.len(),
             self.n_inner(),
@@ -124,7 +125,7 @@ impl<'a> Conditions<'a> {
             .map(|&x| UnscaledModel::constant(x))
             .collect();
         let t = self.instant.period;
-        let rest = TimeCell {
+        let rest = TimeInterval {
             origin: t - cell.origin,
             low: t - cell.high,
             high: t - cell.low,
@@ -135,9 +136,9 @@ impl<'a> Conditions<'a> {
             let is_first = b < self.first;
             // An impulse of one instant as the stops of the other one see it.
             let (rows, targets, tau) = if is_first {
-                (&self.seen[1], self.first..k, cell)
+                (&self.eliminated_rows[1], self.first..k, cell)
             } else {
-                (&self.seen[0], 0..self.first, &rest)
+                (&self.eliminated_rows[0], 0..self.first, &rest)
             };
             let n = targets.len();
             out.fill(UnscaledModel::default());
@@ -155,16 +156,16 @@ impl<'a> Conditions<'a> {
             }
         }
         if let Some(resonant) = &self.resonant {
-            self.put_retained(resonant, cell, &rest, &mut entries);
+            self.put_resonant(resonant, cell, &rest, &mut entries);
         }
         entries
     }
 
-    fn put_retained(
+    fn put_resonant(
         &self,
         resonant: &ResonantModes<'_>,
-        cell: &TimeCell,
-        rest: &TimeCell,
+        cell: &TimeInterval,
+        rest: &TimeInterval,
         entries: &mut [UnscaledModel],
     ) {
         let scene = self.scene();
@@ -248,7 +249,7 @@ impl<'a> Conditions<'a> {
         let largest = x.rows(0, stops.len()).amax();
         (0..self.first).all(|a| {
             let again = (self.first..stops.len()).find(|&b| stops[b] == stops[a]);
-            again.is_some_and(|b| (x[a] - x[b]).abs() <= 1e-5 * largest)
+            again.is_some_and(|b| (x[a] - x[b]).abs() <= REPEATED_IMPULSE * largest)
         })
     }
 
@@ -314,8 +315,8 @@ impl<'a> Conditions<'a> {
 }
 
 /// A cell of one point: values and derivatives only.
-pub(crate) fn point(dt: f64, scale: f64) -> TimeCell {
-    TimeCell {
+pub(crate) fn point(dt: f64, scale: f64) -> TimeInterval {
+    TimeInterval {
         origin: dt,
         scale,
         low: dt,

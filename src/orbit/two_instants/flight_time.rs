@@ -6,10 +6,10 @@ use crate::error::Result;
 use crate::modal::Pair;
 use crate::observer::Observer;
 use crate::orbit::two_instants::certificate::Certificate;
-use crate::orbit::two_instants::conditions::{Conditions, point};
-use crate::orbit::two_instants::green::TimeCell;
+use crate::orbit::two_instants::conditions::{TwoInstantConditions, point};
+use crate::orbit::two_instants::green::TimeInterval;
 use crate::orbit::two_instants::isolate::{
-    CellEnd, CellPlace, Enclosure, Isolated, Sampled, isolate,
+    Enclosure, IntervalEnd, IntervalModel, Isolated, SearchInterval, isolate,
 };
 use crate::orbit::two_instants::minors::Minors;
 use crate::orbit::two_instants::polish::{
@@ -17,16 +17,17 @@ use crate::orbit::two_instants::polish::{
 };
 use crate::orbit::two_instants::taylor_model::TaylorModel;
 use crate::tolerance::{
-    FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, TOGETHER, TRIVIAL_FLIGHT,
+    FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, SAME_ROOT_UNKNOWNS, TOGETHER,
+    TRIVIAL_FLIGHT,
 };
 use nalgebra::{DMatrix, DVector};
 
-/// Bisections of a bracket from which Newton's method went astray.
-const HALVINGS: usize = 30;
+/// Bisections of a bracket from which Newton's method went astray. [work]
+const BRACKET_HALVINGS: usize = 30;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct FlightTimeSearch<'a> {
-    pub conditions: &'a Conditions<'a>,
+    pub conditions: &'a TwoInstantConditions<'a>,
     pub period: f64,
     /// The instants are alike, so that an orbit may be a shorter one repeated.
     pub is_alike: bool,
@@ -56,8 +57,8 @@ impl FlightTimeSearch<'_> {
 
     /// The scaled equations over a cell, the meeting of the instants, or the line of solutions half the period apart,
     /// divided out where `end` says so.
-    fn rows(&self, cell: &TimeCell, end: CellEnd) -> Vec<TaylorModel> {
-        if end != CellEnd::Neither && self.phase.is_none() && self.is_half(cell.origin) {
+    fn rows(&self, cell: &TimeInterval, end: IntervalEnd) -> Vec<TaylorModel> {
+        if end != IntervalEnd::Neither && self.phase.is_none() && self.is_half(cell.origin) {
             return self.conditions.half_rows(cell);
         }
         let entries = self.conditions.entries(cell);
@@ -71,22 +72,22 @@ impl FlightTimeSearch<'_> {
 
     /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
     /// determinant of the conditions with the phase given.
-    fn sample(&self, minors: &mut Minors, place: &CellPlace) -> Sampled {
+    fn sample(&self, minors: &mut Minors, place: &SearchInterval) -> IntervalModel {
         let (low, high) = (place.low, place.high);
         let cell = match place.end {
-            CellEnd::Neither => TimeCell {
+            IntervalEnd::Neither => TimeInterval {
                 origin: 0.5 * (low + high),
                 scale: 0.5 * (high - low),
                 low,
                 high,
             },
-            CellEnd::Low => TimeCell {
+            IntervalEnd::Low => TimeInterval {
                 origin: low,
                 scale: high - low,
                 low,
                 high,
             },
-            CellEnd::High => TimeCell {
+            IntervalEnd::High => TimeInterval {
                 origin: high,
                 scale: high - low,
                 low,
@@ -97,7 +98,7 @@ impl FlightTimeSearch<'_> {
         let n = self.n_unknowns();
         if self.phase.is_some() {
             let series = *minors.det((1 << (n + 1)) - 1);
-            return Sampled {
+            return IntervalModel {
                 series,
                 floor: FLIGHT_TIME_ROUNDING * series.size(),
             };
@@ -115,7 +116,7 @@ impl FlightTimeSearch<'_> {
         let error = |s: &TaylorModel| {
             (2.0 * s.bound() + FLIGHT_TIME_ROUNDING * s.size()) * FLIGHT_TIME_ROUNDING * s.size()
         };
-        Sampled {
+        IntervalModel {
             series,
             floor: unit.bound() * (error(over_sin) + error(over_cos)) + error(det),
         }
@@ -145,13 +146,13 @@ impl FlightTimeSearch<'_> {
         self.phase.is_some() || self.conditions.same_surface().is_some()
     }
 
-    /// The walk over the range; `splits` as in `Conditions::splits_at_half`.
+    /// The walk over the range; `splits` as in `TwoInstantConditions::splits_at_half`.
     fn walk(&self, splits: bool, observer: &mut Observer<'_>) -> Result<Isolated> {
         let mut minors = self.minors();
         let (low, high) = self.range();
         let meets = self.meets();
         // The repetition of resonant modes hides the meeting at T.
-        let at_end = meets && !self.conditions.has_retained();
+        let at_end = meets && !self.conditions.has_resonant_modes();
         let half = 0.5 * self.period;
         let mut walk = |range, deflated| {
             isolate(range, deflated, observer, |place| {
@@ -252,7 +253,7 @@ impl FlightTimeSearch<'_> {
     fn keep(&self, roots: &mut Vec<Root>, root: Root) {
         let is_known = roots.iter().any(|r| {
             (r.dt - root.dt).abs() <= SAME_FLIGHT_TIME * self.period
-                && (&r.x - &root.x).amax() <= 1e-6 * root.x.amax()
+                && (&r.x - &root.x).amax() <= SAME_ROOT_UNKNOWNS * root.x.amax()
         });
         if !is_known {
             roots.push(root);
@@ -294,10 +295,10 @@ impl FlightTimeSearch<'_> {
     fn halved(&self, bracket: &Enclosure, observer: &mut Observer<'_>) -> Result<Enclosure> {
         let mut minors = self.minors();
         let mut value = |t: f64| {
-            let place = CellPlace {
+            let place = SearchInterval {
                 low: t,
                 high: t,
-                end: CellEnd::Neither,
+                end: IntervalEnd::Neither,
             };
             self.sample(&mut minors, &place).series.at_origin()
         };
@@ -308,7 +309,7 @@ impl FlightTimeSearch<'_> {
         let (below, above) = (value(low), value(high));
         let is_from_low = below.abs() > above.abs();
         let sign = if is_from_low { below } else { above };
-        for _ in 0..HALVINGS {
+        for _ in 0..BRACKET_HALVINGS {
             observer.ask()?;
             let middle = 0.5 * (low + high);
             if (value(middle) * sign > 0.0) == is_from_low {
@@ -329,7 +330,7 @@ impl FlightTimeSearch<'_> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {
-            let rows = self.rows(&point(dt, unit), CellEnd::Neither);
+            let rows = self.rows(&point(dt, unit), IntervalEnd::Neither);
             let count = rows.len() / (n + 1);
             TwoInstantEquations {
                 matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),

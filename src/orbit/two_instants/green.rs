@@ -2,11 +2,11 @@
 //! it, `e^{A tau} (I - e^{A T})^-1 jump` mode by mode, as functions of tau with proved bounds on their derivatives.
 
 use crate::modal::{Block, Pair, times};
-use crate::orbit::two_instants::taylor_model::{ORDER, UnscaledModel};
+use crate::orbit::two_instants::taylor_model::{TAYLOR_TERMS, UnscaledModel};
 
 /// A span of times and the point in it about which functions of time are expanded.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TimeCell {
+pub(crate) struct TimeInterval {
     /// Where the expansion is centred.
     pub origin: f64,
     /// Time per unit x; the cell lies within `|x| <= 1`.
@@ -44,7 +44,7 @@ impl Green {
     /// functions are of -tau: x counts against it.
     pub fn add(
         &self,
-        cell: &TimeCell,
+        cell: &TimeInterval,
         backward: bool,
         rows: &[(f64, Vec<Pair>)],
         out: &mut [UnscaledModel],
@@ -54,21 +54,21 @@ impl Green {
             self.blocks.iter().zip(&self.norms).enumerate()
         {
             let a = block.matrix().map(|row| row.map(|x| x * step));
-            let mut chain = [[0.0; 2]; ORDER + 2];
+            let mut chain = [[0.0; 2]; TAYLOR_TERMS + 2];
             chain[0] = times(&block.propagator(cell.origin), *start);
-            for k in 1..ORDER + 2 {
+            for k in 1..TAYLOR_TERMS + 2 {
                 chain[k] = times(&a, chain[k - 1]).map(|x| x / k as f64);
             }
             // The free motion is largest at the early end in this norm, whatever the derivative, but for its growth.
             let mut early = times(&block.propagator(cell.low), *start);
-            for k in 1..=ORDER {
+            for k in 1..=TAYLOR_TERMS {
                 early = times(&a, early).map(|x| x / k as f64);
             }
             let grown = (growth * (cell.high - cell.low)).exp();
             let mut rest = [0.0; 3];
             for (i, rest) in rest.iter_mut().enumerate() {
                 *rest = grown * (weight * early[0] * early[0] + early[1] * early[1]).sqrt();
-                early = times(&a, early).map(|x| x / (ORDER + 1 + i) as f64);
+                early = times(&a, early).map(|x| x / (TAYLOR_TERMS + 1 + i) as f64);
             }
             for ((factor, row), entry) in rows.iter().zip(out.iter_mut()) {
                 let r = row[j];
@@ -89,9 +89,12 @@ impl Green {
     }
 }
 
-/// What a steady response `cosine u_0 + sine u_1` is at the time t later, as a function of t over a cell: the two
-/// coefficients of `u` at t = 0.
-pub(crate) fn turned(cell: &TimeCell, frequency: f64, [cosine, sine]: Pair) -> [UnscaledModel; 2] {
+/// A steady response `cosine u_0 + sine u_1` at the time t later, as a function of t over an interval: the two coefficients of `u` at t = 0.
+pub(crate) fn turned(
+    cell: &TimeInterval,
+    frequency: f64,
+    [cosine, sine]: Pair,
+) -> [UnscaledModel; 2] {
     let (s, c) = (frequency * cell.origin).sin_cos();
     let mut value = [cosine * c + sine * s, sine * c - cosine * s];
     let size = cosine.abs() + sine.abs();
@@ -101,14 +104,14 @@ pub(crate) fn turned(cell: &TimeCell, frequency: f64, [cosine, sine]: Pair) -> [
     }; 2];
     let amplitude = cosine.hypot(sine);
     let mut factor = 1.0;
-    for k in 0..ORDER + 3 {
-        if k < ORDER + 2 {
+    for k in 0..TAYLOR_TERMS + 3 {
+        if k < TAYLOR_TERMS + 2 {
             entries[0].c[k] = factor * value[0];
             entries[1].c[k] = factor * value[1];
         }
-        if k >= ORDER {
-            entries[0].rest[k - ORDER] = factor.abs() * amplitude;
-            entries[1].rest[k - ORDER] = factor.abs() * amplitude;
+        if k >= TAYLOR_TERMS {
+            entries[0].rest[k - TAYLOR_TERMS] = factor.abs() * amplitude;
+            entries[1].rest[k - TAYLOR_TERMS] = factor.abs() * amplitude;
         }
         // d/dt turns the response by a quarter: (a cos + b sin)' = w (b cos - a sin).
         value = [value[1], -value[0]];
@@ -146,7 +149,7 @@ mod tests {
                 (0.05, 0.0, 0.05),
                 (2.0, 1.7, 0.3),
             ] {
-                let cell = TimeCell {
+                let cell = TimeInterval {
                     origin,
                     scale,
                     low,
@@ -167,7 +170,8 @@ mod tests {
                         );
                         let next = entry.rest[1] * x.abs().powi(9);
                         assert!(
-                            (f.value(x) + entry.c[ORDER] * x.powi(8) - exact).abs() <= next + 1e-12
+                            (f.value(x) + entry.c[TAYLOR_TERMS] * x.powi(8) - exact).abs()
+                                <= next + 1e-12
                         );
                     }
                 }
@@ -182,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_steady_response_turns_with_the_phase() {
-        let cell = TimeCell {
+        let cell = TimeInterval {
             origin: 1.1,
             scale: 0.2,
             low: 0.9,

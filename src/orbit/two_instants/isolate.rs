@@ -1,17 +1,17 @@
-//! Every zero of an analytic function on an interval, by walking over it in cells that are each decided by bounds
-//! (theory 5): a cell has no zero, or the function is monotone in it, or the cell is halved, down to a smallest width.
+//! Every zero of an analytic function on an interval, part by part, each decided by bounds (theory 5): a part has no zero, or the function is
+//! monotone in it, or the part is halved, down to a smallest width.
 
 use crate::error::Result;
 use crate::observer::Observer;
 use crate::orbit::two_instants::taylor_model::TaylorModel;
 
-/// The interval over the smallest cell.
-const FINEST: u64 = 1 << 26;
-/// Cells after which the search gives up.
-const MOST_CELLS: usize = 400_000;
+/// The interval over its smallest part. [work]
+const FINEST_DIVISION: u64 = 1 << 26;
+/// Parts of the interval after which the search gives up. [work]
+const MOST_INTERVALS: usize = 400_000;
 
-/// A function over a cell, and the size of its rounding there.
-pub(crate) struct Sampled {
+/// The Taylor model of a function over a part of the interval, and the size of its rounding there.
+pub(crate) struct IntervalModel {
     pub series: TaylorModel,
     pub floor: f64,
 }
@@ -25,19 +25,19 @@ pub(crate) struct Enclosure {
     pub guess: f64,
 }
 
-/// What the walk found.
+/// The outcome of the search.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Isolated {
-    /// Cells in which the function is monotone and has one zero.
+    /// Parts in which the function is monotone and has one zero.
     pub simple: Vec<Enclosure>,
-    /// Stretches of smallest cells, or of cells of rounding, that nothing was proved of.
+    /// Stretches of smallest parts, or of parts where all is rounding, of which nothing was proved.
     pub undecided: Vec<Enclosure>,
-    /// Cells looked at.
+    /// Number of parts.
     pub cells: usize,
 }
 
 impl Isolated {
-    /// What walks over two intervals found.
+    /// The outcome of searches of two intervals.
     pub fn joined(mut self, other: Self) -> Self {
         self.simple.extend(other.simple);
         self.undecided.extend(other.undecided);
@@ -46,59 +46,58 @@ impl Isolated {
     }
 }
 
-/// A cell as the function sees it: both ends and the origin of its series; `end` says that the interval's end is part of
-/// it, and that the series is about that end.
+/// A part of the interval: both ends, and which of them, if one, is an end of the interval about which the Taylor model is expanded.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct CellPlace {
+pub(crate) struct SearchInterval {
     pub low: f64,
     pub high: f64,
-    pub end: CellEnd,
+    pub end: IntervalEnd,
 }
 
-/// Which end of the interval a cell touches.
+/// The end of the interval that a part touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum CellEnd {
+pub(crate) enum IntervalEnd {
     Neither,
     Low,
     High,
 }
 
-enum CellVerdict {
+enum IntervalVerdict {
     Clear,
     Simple(f64),
     Unknown,
     Rounding,
 }
 
-fn judge(place: &CellPlace, sampled: &Sampled) -> CellVerdict {
-    let Sampled { series, floor } = sampled;
+fn judge(place: &SearchInterval, sampled: &IntervalModel) -> IntervalVerdict {
+    let IntervalModel { series, floor } = sampled;
     if series.is_clear_of_zero(*floor) {
-        return CellVerdict::Clear;
+        return IntervalVerdict::Clear;
     }
     if series.bound() <= *floor {
-        return CellVerdict::Rounding;
+        return IntervalVerdict::Rounding;
     }
     if !series.is_monotone() {
-        return CellVerdict::Unknown;
+        return IntervalVerdict::Unknown;
     }
     let (first, last) = match place.end {
-        CellEnd::Neither => (-1.0, 1.0),
-        CellEnd::Low => (0.0, 1.0),
-        CellEnd::High => (-1.0, 0.0),
+        IntervalEnd::Neither => (-1.0, 1.0),
+        IntervalEnd::Low => (0.0, 1.0),
+        IntervalEnd::High => (-1.0, 0.0),
     };
     let slack = series.remainder() + floor;
     let (a, b) = (series.value(first), series.value(last));
     if a.min(b) > slack || a.max(b) < -slack {
-        return CellVerdict::Clear;
+        return IntervalVerdict::Clear;
     }
     // A zero within the slack of an end may be the neighbour's, or nobody's.
     if a.abs().min(b.abs()) <= slack {
-        return CellVerdict::Unknown;
+        return IntervalVerdict::Unknown;
     }
-    CellVerdict::Simple(series.newton(0.5 * (first + last)).clamp(first, last))
+    IntervalVerdict::Simple(series.newton(0.5 * (first + last)).clamp(first, last))
 }
 
-/// Walks over `low..high`; the ends that are named in `deflated` are expanded about.
+/// Searches `low..high`; Taylor models are expanded about the ends that `deflated` names, where known zeros are divided out.
 ///
 /// # Errors
 /// `Error::Interrupted` from the observer.
@@ -106,27 +105,27 @@ pub(crate) fn isolate(
     (low, high): (f64, f64),
     deflated: (bool, bool),
     observer: &mut Observer<'_>,
-    mut function: impl FnMut(&CellPlace) -> Sampled,
+    mut function: impl FnMut(&SearchInterval) -> IntervalModel,
 ) -> Result<Isolated> {
     let mut found = Isolated::default();
     let at = |i: u64| {
-        if i == FINEST {
+        if i == FINEST_DIVISION {
             high
         } else {
-            low + (high - low) * (i as f64 / FINEST as f64)
+            low + (high - low) * (i as f64 / FINEST_DIVISION as f64)
         }
     };
-    let (mut position, mut step) = (0, FINEST / 16);
-    while position < FINEST {
-        let mut width = step.min(FINEST - position);
+    let (mut position, mut step) = (0, FINEST_DIVISION / 16);
+    while position < FINEST_DIVISION {
+        let mut width = step.min(FINEST_DIVISION - position);
         let mut is_first_try = true;
         loop {
             let end = match (position, position + width) {
-                (0, _) if deflated.0 => CellEnd::Low,
-                (_, FINEST) if deflated.1 => CellEnd::High,
-                _ => CellEnd::Neither,
+                (0, _) if deflated.0 => IntervalEnd::Low,
+                (_, FINEST_DIVISION) if deflated.1 => IntervalEnd::High,
+                _ => IntervalEnd::Neither,
             };
-            let place = CellPlace {
+            let place = SearchInterval {
                 low: at(position),
                 high: at(position + width),
                 end,
@@ -134,21 +133,21 @@ pub(crate) fn isolate(
             observer.ask()?;
             found.cells += 1;
             let verdict = judge(&place, &function(&place));
-            let is_last = width == 1 || found.cells >= MOST_CELLS;
+            let is_last = width == 1 || found.cells >= MOST_INTERVALS;
             match verdict {
-                CellVerdict::Unknown if !is_last => {
+                IntervalVerdict::Unknown if !is_last => {
                     width /= 2;
                     is_first_try = false;
                     continue;
                 }
-                CellVerdict::Clear => {}
-                CellVerdict::Simple(x) => {
+                IntervalVerdict::Clear => {}
+                IntervalVerdict::Simple(x) => {
                     let guess = match end {
-                        CellEnd::Neither => {
+                        IntervalEnd::Neither => {
                             0.5 * ((place.low + place.high) + x * (place.high - place.low))
                         }
-                        CellEnd::Low => place.low + x * (place.high - place.low),
-                        CellEnd::High => place.high + x * (place.high - place.low),
+                        IntervalEnd::Low => place.low + x * (place.high - place.low),
+                        IntervalEnd::High => place.high + x * (place.high - place.low),
                     };
                     found.simple.push(Enclosure {
                         low: place.low,
@@ -156,19 +155,19 @@ pub(crate) fn isolate(
                         guess,
                     });
                 }
-                CellVerdict::Unknown | CellVerdict::Rounding => {
+                IntervalVerdict::Unknown | IntervalVerdict::Rounding => {
                     extend(&mut found.undecided, &place);
                 }
             }
             break;
         }
-        if found.cells >= MOST_CELLS {
+        if found.cells >= MOST_INTERVALS {
             extend(
                 &mut found.undecided,
-                &CellPlace {
+                &SearchInterval {
                     low: at(position),
                     high,
-                    end: CellEnd::Neither,
+                    end: IntervalEnd::Neither,
                 },
             );
             return Ok(found);
@@ -179,8 +178,8 @@ pub(crate) fn isolate(
     Ok(found)
 }
 
-/// Adds a cell to the undecided stretches, joined to the last one where they touch.
-fn extend(stretches: &mut Vec<Enclosure>, place: &CellPlace) {
+/// Adds a part to the undecided stretches, joined to the last one where they touch.
+fn extend(stretches: &mut Vec<Enclosure>, place: &SearchInterval) {
     let start = match stretches.last() {
         Some(last) if last.high >= place.low => stretches.pop().map_or(place.low, |s| s.low),
         _ => place.low,
@@ -195,7 +194,7 @@ fn extend(stretches: &mut Vec<Enclosure>, place: &CellPlace) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::orbit::two_instants::green::{TimeCell, turned};
+    use crate::orbit::two_instants::green::{TimeInterval, turned};
 
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
@@ -206,7 +205,7 @@ mod tests {
                 0.5 * (place.low + place.high),
                 0.5 * (place.high - place.low),
             );
-            let cell = TimeCell {
+            let cell = TimeInterval {
                 origin,
                 scale,
                 low: place.low,
@@ -217,7 +216,7 @@ mod tests {
             let offset = TaylorModel::constant(offset);
             let series =
                 TaylorModel::sum_of_products([(1.0, &one, &f), (1.0, &one, &offset)].into_iter());
-            Sampled {
+            IntervalModel {
                 series,
                 floor: 1e-15,
             }

@@ -4,15 +4,17 @@
 use crate::error::Result;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
-use crate::tolerance::{CONVERGED, NEARLY_SINGULAR};
+use crate::tolerance::{CONVERGED, LEAST_SQUARES_RANK, LEAVES_TWO_STARTS, SINGULAR_STEP_RANK};
 use nalgebra::{DMatrix, DVector};
 
-/// Newton steps.
-const ROUNDS: usize = 40;
+/// Newton steps. [work]
+const MOST_POLISH_STEPS: usize = 40;
 
 /// `matrix (x, -1) = 0` at one dt, and its derivative in dt times the unit of time.
 pub(crate) struct TwoInstantEquations {
+    /// Scaled coefficients of the unknowns [-] and right-hand side [m/s], shape (equations, unknowns + 1).
     pub matrix: DMatrix<f64>,
+    /// Derivative of `matrix` by dt times the unit of time, shape (equations, unknowns + 1), [as `matrix`].
     pub rate: DMatrix<f64>,
 }
 
@@ -20,6 +22,7 @@ pub(crate) struct TwoInstantEquations {
 #[derive(Debug, Clone)]
 pub(crate) struct Root {
     pub dt: f64,
+    /// The scaled unknowns, shape (unknowns,), [m/s] in the sense of `Units`.
     pub x: DVector<f64>,
 }
 
@@ -76,7 +79,7 @@ pub(crate) fn circle_starts(
     }
     let mut starts: Vec<f64> = roots.to_vec();
     starts.sort_by(|s, t| (s - wanted).abs().total_cmp(&(t - wanted).abs()));
-    if sigma[last] > NEARLY_SINGULAR * sigma.max() {
+    if sigma[last] > LEAVES_TWO_STARTS * sigma.max() {
         starts.truncate(1);
     }
     Ok(starts.into_iter().map(|s| &base + &direction * s).collect())
@@ -86,7 +89,7 @@ pub(crate) fn circle_starts(
 pub(crate) fn least_squares_start(equations: &TwoInstantEquations) -> Result<DVector<f64>> {
     let n = equations.n();
     let a = equations.matrix.columns(0, n).into_owned();
-    let tolerance = 1e-8 * a.amax();
+    let tolerance = LEAST_SQUARES_RANK * a.amax();
     Ok(rank::solve(&a, &equations.matrix.column(n).into_owned(), tolerance)?.particular)
 }
 
@@ -101,7 +104,7 @@ pub(crate) fn polish(
 ) -> Option<Root> {
     let n = x.len();
     let mut best: Option<(f64, Root)> = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_POLISH_STEPS {
         let here = equations(dt);
         let mut jacobian = DMatrix::zeros(n + 1, n + 1);
         let mut misfit = DVector::zeros(n + 1);
@@ -139,7 +142,7 @@ pub(crate) fn polish(
         // At a fold the bordered system is singular too: the shortest step that solves what can be solved.
         let shortest = || {
             Some(
-                rank::solve(&jacobian, &misfit, 1e-13 * jacobian.amax())
+                rank::solve(&jacobian, &misfit, SINGULAR_STEP_RANK * jacobian.amax())
                     .ok()?
                     .particular,
             )

@@ -4,8 +4,8 @@
 use crate::flow::ModalScene;
 use crate::modal::Form;
 use crate::orbit::one_instant::periodic_conditions::enlarged_exponential;
-use crate::orbit::two_instants::green::TimeCell;
-use crate::orbit::two_instants::taylor_model::{ORDER, UnscaledModel};
+use crate::orbit::two_instants::green::TimeInterval;
+use crate::orbit::two_instants::taylor_model::{TAYLOR_TERMS, UnscaledModel};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// The resonant blocks with their input: `y = (z, 1, cos, sin)`, `y' = A y`.
@@ -104,14 +104,14 @@ impl<'a> ResonantModes<'a> {
     }
 
     /// `row e^{A t}` over a cell of t: coefficients of z, of the load, and of the phase's cosine and sine.
-    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &TimeCell) -> Vec<UnscaledModel> {
+    pub fn row(&self, row: &[f64], flow: &DMatrix<f64>, cell: &TimeInterval) -> Vec<UnscaledModel> {
         let width = self.units.len();
         let mut padded = RowDVector::zeros(width);
         padded.columns_mut(0, row.len()).copy_from_slice(row);
         let growth = (self.rate * cell.scale).exp();
         let mut entries = vec![UnscaledModel::default(); width];
         let mut term = padded * flow;
-        for k in 0..ORDER + 3 {
+        for k in 0..TAYLOR_TERMS + 3 {
             let norm = term.transpose().component_div(&self.units).norm() * growth;
             put(&mut entries, k, term.iter().copied(), |i| {
                 norm * self.units[i]
@@ -126,14 +126,14 @@ impl<'a> ResonantModes<'a> {
         &self,
         column: &[f64],
         flow: &DMatrix<f64>,
-        cell: &TimeCell,
+        cell: &TimeInterval,
     ) -> Vec<UnscaledModel> {
         let mut padded = DVector::zeros(self.units.len());
         padded.rows_mut(0, column.len()).copy_from_slice(column);
         let growth = (self.rate * cell.scale).exp();
         let mut entries = vec![UnscaledModel::default(); column.len()];
         let mut term = flow * padded;
-        for k in 0..ORDER + 3 {
+        for k in 0..TAYLOR_TERMS + 3 {
             let norm = term.component_mul(&self.units).norm() * growth;
             put(&mut entries, k, term.iter().copied(), |i| {
                 norm / self.units[i]
@@ -152,14 +152,14 @@ fn put(
     bound: impl Fn(usize) -> f64,
 ) {
     for (i, (entry, x)) in entries.iter_mut().zip(term).enumerate() {
-        if k < ORDER + 2 {
+        if k < TAYLOR_TERMS + 2 {
             entry.c[k] = x;
         }
         if k == 0 {
             entry.size = bound(i);
         }
-        if k >= ORDER {
-            entry.rest[k - ORDER] = bound(i);
+        if k >= TAYLOR_TERMS {
+            entry.rest[k - TAYLOR_TERMS] = bound(i);
         }
     }
 }

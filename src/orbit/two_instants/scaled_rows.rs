@@ -3,13 +3,13 @@
 //! meet (dt = 0, T), and where like or mirrored instants are half the period apart.
 
 use crate::modal::Pair;
-use crate::orbit::two_instants::conditions::{Conditions, point};
-use crate::orbit::two_instants::green::{TimeCell, turned};
-use crate::orbit::two_instants::isolate::CellEnd;
+use crate::orbit::two_instants::conditions::{TwoInstantConditions, point};
+use crate::orbit::two_instants::green::{TimeInterval, turned};
+use crate::orbit::two_instants::isolate::IntervalEnd;
 use crate::orbit::two_instants::taylor_model::{TaylorModel, UnscaledModel};
 use crate::tolerance::SPLIT_ROWS;
 
-impl Conditions<'_> {
+impl TwoInstantConditions<'_> {
     /// The factor by which the contact row of the first stop of the second instant repeats that of the first instant
     /// when the instants meet: both stops are one surface.
     pub fn same_surface(&self) -> Option<f64> {
@@ -30,8 +30,13 @@ impl Conditions<'_> {
 
     /// The restitution row, and its factor, of the impact before the short flight where the instants meet on one surface,
     /// if that impact leaves no speed (`e = 0`): the contacts then differ by that row times the flight time, to first order.
-    fn dead_stop(&self, places: (usize, usize), end: CellEnd, factor: f64) -> Option<(usize, f64)> {
-        let (place, factor) = if end == CellEnd::Low {
+    fn dead_stop(
+        &self,
+        places: (usize, usize),
+        end: IntervalEnd,
+        factor: f64,
+    ) -> Option<(usize, f64)> {
+        let (place, factor) = if end == IntervalEnd::Low {
             (places.0, factor)
         } else {
             (places.1, 1.0)
@@ -46,12 +51,12 @@ impl Conditions<'_> {
     pub fn circle_rows(
         &self,
         entries: &[UnscaledModel],
-        cell: &TimeCell,
-        end: CellEnd,
+        cell: &TimeInterval,
+        end: IntervalEnd,
     ) -> Vec<TaylorModel> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let [first, second] = self.leading_contacts();
-        let meeting = if end == CellEnd::Neither {
+        let meeting = if end == IntervalEnd::Neither {
             None
         } else {
             self.same_surface()
@@ -78,7 +83,7 @@ impl Conditions<'_> {
 
     /// The equations over a cell with the phase counted from the middle of the flight, in sums and differences over the two
     /// instants, of their rows and of their impulses: rows R+, R-, C+, C-, columns p+, p-, cos, sin, right-hand side.
-    fn half_entries(&self, cell: &TimeCell) -> [[UnscaledModel; 5]; 4] {
+    fn half_entries(&self, cell: &TimeInterval) -> [[UnscaledModel; 5]; 4] {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         let mut entries = self.entries(cell);
         let rows = [[0, 1], [inner, inner + 1]];
@@ -128,7 +133,7 @@ impl Conditions<'_> {
 
     /// The scaled equations over a cell about `dt = T/2` where they split, the double zero there divided out: the rows of
     /// differences over x, the unknown difference of the impulses over x.
-    pub fn half_rows(&self, cell: &TimeCell) -> Vec<TaylorModel> {
+    pub fn half_rows(&self, cell: &TimeInterval) -> Vec<TaylorModel> {
         let inner = self.n_inner();
         let half = self.half_entries(cell);
         let x = TaylorModel::x();
@@ -156,7 +161,7 @@ impl Conditions<'_> {
         entries: &[UnscaledModel],
         u: Pair,
         places: (usize, usize),
-        (cell, end): (&TimeCell, CellEnd),
+        (cell, end): (&TimeInterval, IntervalEnd),
     ) -> Vec<TaylorModel> {
         let (inner, width) = (self.n_inner(), self.constant.ncols());
         // The entry of a row and an unknown, or of what is known.
@@ -182,7 +187,7 @@ impl Conditions<'_> {
                 }
                 let contacts = [entry(inner + places.1, c), entry(inner + places.0, c)];
                 let difference = UnscaledModel::combined([1.0, -1.0], [&contacts[0], &contacts[1]]);
-                rows.push(if end == CellEnd::Neither {
+                rows.push(if end == IntervalEnd::Neither {
                     difference.series(unit)
                 } else {
                     met(
@@ -203,7 +208,7 @@ impl Conditions<'_> {
 fn met(
     mut difference: UnscaledModel,
     dead: Option<(UnscaledModel, f64)>,
-    cell: &TimeCell,
+    cell: &TimeInterval,
     unit: f64,
 ) -> TaylorModel {
     let Some((speed, factor)) = dead else {

@@ -13,13 +13,13 @@ use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
-use crate::orbit::two_instants::conditions::Conditions;
+use crate::orbit::two_instants::conditions::TwoInstantConditions;
 use crate::orbit::two_instants::flight_time::FlightTimeSearch;
 use crate::orbit::two_instants::unseen::Unseen;
 use crate::tolerance::DEPENDENT;
 use nalgebra::DVector;
 
-/// Unknowns whose determinants are still expanded: two impulses and four resonant modes.
+/// Unknowns whose determinants are still expanded: two impulses and four resonant modes. [work]
 const MOST_UNKNOWNS: usize = 12;
 
 /// Every solution whose pattern has two instants.
@@ -68,7 +68,7 @@ pub(crate) fn two_instants(
             rule,
         ));
     }
-    let conditions = Conditions::new(&instant, first.len());
+    let conditions = TwoInstantConditions::new(&instant, first.len());
     let mut sets = [first.clone(), second.clone()];
     for set in &mut sets {
         set.sort_unstable();
@@ -152,7 +152,7 @@ fn flights(
     [mut after, mut later]: [ModalState; 2],
     (dt, period): (f64, f64),
 ) -> Result<Vec<Flight>> {
-    // Of two instants stops rest.
+    // The search for two instants takes no stops that move.
     let rest = vec![0.0; stops.len()];
     let (one, other) = (&rest[..first], &rest[first..]);
     settle_speeds(

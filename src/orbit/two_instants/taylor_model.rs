@@ -1,30 +1,30 @@
 //! A function on a cell `t = origin + scale x`, `|x| <= 1`, as a Taylor polynomial in x with a proved remainder: the
-//! coefficients `f^(k)/k!` at the origin for `k < ORDER`, and a bound on `|f^(ORDER)|/ORDER!` over the whole cell. Sums
+//! coefficients `f^(k)/k!` at the origin for `k < TAYLOR_TERMS`, and a bound on `|f^(TAYLOR_TERMS)|/TAYLOR_TERMS!` over the whole cell. Sums
 //! and products carry the bound along (Leibniz), so derivatives are enclosed as well as values (theory 5).
 
-/// Terms of the polynomial.
-pub(crate) const ORDER: usize = 8;
+/// Terms of the polynomial. With another number bounds are as true, and the parts that they decide longer or shorter. [work]
+pub(crate) const TAYLOR_TERMS: usize = 8;
 
 /// The polynomial, and what bounds it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TaylorModel {
     /// `f^(k)/k!` at the origin, in units x of the cell.
-    c: [f64; ORDER],
+    c: [f64; TAYLOR_TERMS],
     /// Bounds on `|f^(k)|/k!` over the cell; the last is the remainder's.
-    bounds: [f64; ORDER + 1],
+    bounds: [f64; TAYLOR_TERMS + 1],
     /// Size of the numbers that the function was summed from: what its rounding is relative to.
     size: f64,
     is_constant: bool,
 }
 
 /// Bounds of every derivative from the polynomial at the origin and the bound of the highest: a Taylor shift by 1.
-fn shifted(c: &[f64; ORDER], rest: f64) -> [f64; ORDER + 1] {
-    let mut a = [rest; ORDER + 1];
+fn shifted(c: &[f64; TAYLOR_TERMS], rest: f64) -> [f64; TAYLOR_TERMS + 1] {
+    let mut a = [rest; TAYLOR_TERMS + 1];
     for (a, c) in a.iter_mut().zip(c) {
         *a = c.abs();
     }
-    for i in 0..ORDER {
-        for j in (i..ORDER).rev() {
+    for i in 0..TAYLOR_TERMS {
+        for j in (i..TAYLOR_TERMS).rev() {
             a[j] += a[j + 1];
         }
     }
@@ -35,8 +35,8 @@ impl TaylorModel {
     /// A number.
     pub fn constant(value: f64) -> Self {
         let mut series = Self {
-            c: [0.0; ORDER],
-            bounds: [0.0; ORDER + 1],
+            c: [0.0; TAYLOR_TERMS],
+            bounds: [0.0; TAYLOR_TERMS + 1],
             size: value.abs(),
             is_constant: true,
         };
@@ -47,13 +47,13 @@ impl TaylorModel {
 
     /// The function x.
     pub fn x() -> Self {
-        let mut c = [0.0; ORDER];
+        let mut c = [0.0; TAYLOR_TERMS];
         c[1] = 1.0;
         Self::new(c, 0.0, 1.0)
     }
 
     /// A function from its coefficients, the bound on the next one, and the size of its terms.
-    pub fn new(c: [f64; ORDER], rest: f64, size: f64) -> Self {
+    pub fn new(c: [f64; TAYLOR_TERMS], rest: f64, size: f64) -> Self {
         let bounds = shifted(&c, rest);
         let is_constant = bounds[1] == 0.0;
         Self {
@@ -71,7 +71,7 @@ impl TaylorModel {
 
     /// The sum of `sign a b`.
     pub fn sum_of_products<'a>(terms: impl Iterator<Item = (f64, &'a Self, &'a Self)>) -> Self {
-        let (mut c, mut rest, mut size) = ([0.0; ORDER], 0.0, 0.0);
+        let (mut c, mut rest, mut size) = ([0.0; TAYLOR_TERMS], 0.0, 0.0);
         for (sign, a, b) in terms {
             size += a.size * b.size;
             let (a, b) = if b.is_constant { (b, a) } else { (a, b) };
@@ -80,17 +80,17 @@ impl TaylorModel {
                 for (c, b) in c.iter_mut().zip(&b.c) {
                     *c += factor * b;
                 }
-                rest += factor.abs() * b.bounds[ORDER];
+                rest += factor.abs() * b.bounds[TAYLOR_TERMS];
                 continue;
             }
-            for i in 0..ORDER {
+            for i in 0..TAYLOR_TERMS {
                 let factor = sign * a.c[i];
-                for j in 0..ORDER - i {
+                for j in 0..TAYLOR_TERMS - i {
                     c[i + j] += factor * b.c[j];
                 }
             }
-            for i in 0..=ORDER {
-                rest += a.bounds[i] * b.bounds[ORDER - i];
+            for i in 0..=TAYLOR_TERMS {
+                rest += a.bounds[i] * b.bounds[TAYLOR_TERMS - i];
             }
         }
         Self::new(c, rest, size)
@@ -111,9 +111,9 @@ impl TaylorModel {
         self.c[1]
     }
 
-    /// What the polynomial may leave out of the value anywhere in the cell.
+    /// Bound on the error of the polynomial over the whole interval.
     pub fn remainder(&self) -> f64 {
-        self.bounds[ORDER]
+        self.bounds[TAYLOR_TERMS]
     }
 
     /// Bound on the value over the cell.
@@ -134,8 +134,8 @@ impl TaylorModel {
 
     /// Whether the derivative provably keeps one sign over the cell.
     pub fn is_monotone(&self) -> bool {
-        let varying: f64 = (2..ORDER).map(|k| k as f64 * self.c[k].abs()).sum();
-        self.c[1].abs() > varying + ORDER as f64 * self.remainder()
+        let varying: f64 = (2..TAYLOR_TERMS).map(|k| k as f64 * self.c[k].abs()).sum();
+        self.c[1].abs() > varying + TAYLOR_TERMS as f64 * self.remainder()
     }
 
     /// The zero of the polynomial nearest to where Newton's method from `x` leads, kept in `|x| <= 1`.
@@ -161,8 +161,8 @@ impl TaylorModel {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct UnscaledModel {
     /// `f^(k)/k!`, in units x of the cell.
-    pub c: [f64; ORDER + 2],
-    /// Bounds on `|f^(k)|/k!` over the cell for `k = ORDER`, `ORDER + 1` and `ORDER + 2`.
+    pub c: [f64; TAYLOR_TERMS + 2],
+    /// Bounds on `|f^(k)|/k!` over the cell for `k = TAYLOR_TERMS`, `TAYLOR_TERMS + 1` and `TAYLOR_TERMS + 2`.
     pub rest: [f64; 3],
     /// Size of the terms at the origin.
     pub size: f64,
@@ -200,8 +200,8 @@ impl UnscaledModel {
 
     /// The entry times a number.
     pub fn series(&self, factor: f64) -> TaylorModel {
-        let mut c = [0.0; ORDER];
-        c.copy_from_slice(&self.c[..ORDER]);
+        let mut c = [0.0; TAYLOR_TERMS];
+        c.copy_from_slice(&self.c[..TAYLOR_TERMS]);
         TaylorModel::new(
             c.map(|x| x * factor),
             factor.abs() * self.rest[0],
@@ -212,15 +212,15 @@ impl UnscaledModel {
     /// The entry, whose first `power` coefficients are zero, over `x^power`, times a number: `|(f/x)^(k)|/k!` is at most
     /// the bound on `|f^(k+1)|/(k+1)!`.
     pub fn over_x(&self, power: usize, factor: f64) -> TaylorModel {
-        let mut c = [0.0; ORDER];
-        c.copy_from_slice(&self.c[power..power + ORDER]);
+        let mut c = [0.0; TAYLOR_TERMS];
+        c.copy_from_slice(&self.c[power..power + TAYLOR_TERMS]);
         TaylorModel::new(c.map(|x| x * factor), factor.abs() * self.rest[power], 0.0)
     }
 
     /// The entry times x; only the last of its bounds is known.
     pub fn times_x(&self) -> Self {
-        let mut c = [0.0; ORDER + 2];
-        c[1..].copy_from_slice(&self.c[..=ORDER]);
+        let mut c = [0.0; TAYLOR_TERMS + 2];
+        c[1..].copy_from_slice(&self.c[..=TAYLOR_TERMS]);
         // (x f)^(k)/k! = x f^(k)/k! + f^(k-1)/(k-1)!
         let rest = [f64::INFINITY, f64::INFINITY, self.rest[1] + self.rest[2]];
         Self {
@@ -242,11 +242,11 @@ mod tests {
             ..UnscaledModel::default()
         };
         let mut factor = a;
-        for n in 0..ORDER + 3 {
-            if n >= ORDER {
-                entry.rest[n - ORDER] = factor.abs();
+        for n in 0..TAYLOR_TERMS + 3 {
+            if n >= TAYLOR_TERMS {
+                entry.rest[n - TAYLOR_TERMS] = factor.abs();
             }
-            if n < ORDER + 2 {
+            if n < TAYLOR_TERMS + 2 {
                 entry.c[n] = [factor, 0.0, -factor, 0.0][n % 4];
             }
             factor *= k / (n + 1) as f64;

@@ -9,9 +9,11 @@ use nalgebra::{DMatrix, DVector};
 /// Units in which the conditions have entries of order one, so that neither a unit of measurement nor the rounding of a
 /// vanishing entry decides the rank.
 pub(in crate::orbit) struct Units {
-    /// Of the unknowns.
+    /// Factors from the scaled unknowns, which are velocities, to the unknowns, shape (unknowns,): impulses [kg], resonant modal states,
+    /// cosines and sines [s/m].
     pub columns: DVector<f64>,
-    /// Of the equations.
+    /// Factors on the equations, which make velocities of them, shape (equations,): restitution [-], repetition in inverse modal units,
+    /// contacts [1/s].
     pub rows: DVector<f64>,
 }
 

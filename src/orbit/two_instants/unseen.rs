@@ -6,7 +6,7 @@ use crate::flow::ModalScene;
 use crate::linalg::rank::{self, SolutionSet};
 use crate::modal::{Block, Form, ModalState, Pair};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
-use crate::tolerance::{CONDITIONS_RANK, SOLVABLE, UNSEEN};
+use crate::tolerance::{CONDITIONS_RANK, SOLVABLE, UNCOUPLED_MODE};
 use nalgebra::{DMatrix, DVector};
 
 /// Such modes of a pattern.
@@ -19,7 +19,9 @@ pub(crate) struct Unseen<'a> {
 /// Whether a row has nothing to do with a mode.
 fn is_blind(row: &[Pair], mode: usize) -> bool {
     let largest = row.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    row[mode].iter().all(|x| x.abs() <= UNSEEN * largest)
+    row[mode]
+        .iter()
+        .all(|x| x.abs() <= UNCOUPLED_MODE * largest)
 }
 
 impl<'a> Unseen<'a> {
@@ -45,7 +47,7 @@ impl<'a> Unseen<'a> {
         }
     }
 
-    /// What a mode answers over a time, from rest, to its load and to the forcing at `u = (cos phase, sin phase)`.
+    /// The response of a mode over a time, from rest, to its load and to the forcing at `u = (cos phase, sin phase)`.
     fn driven(&self, (j, block): (usize, Block), t: f64, u: Pair) -> Pair {
         let forced = block.forced(t, self.scene.frequency, self.scene.force[j]);
         let loaded = block.loaded(t, self.scene.load[j]);

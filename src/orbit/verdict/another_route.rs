@@ -9,16 +9,16 @@ use crate::orbit::pattern::Pattern;
 use crate::tolerance::FLIGHTS_CLOSED;
 use nalgebra::{DMatrix, DVector};
 
-/// What a Jacobian makes of a deviation at the most.
+/// The largest growth of a scaled deviation by a Jacobian [-].
 fn growth(units: ScaledUnits, jacobian: &DMatrix<f64>) -> f64 {
     let scaled = units.scaled(jacobian).abs();
     scaled.row_iter().map(|row| row.sum()).fold(1.0, f64::max)
 }
 
-/// By how much a motion misses its own ends, in parts of its size or of some units of positions and velocities, where that is more than rounding
-/// explains: `once_more` is what a flight ends with by the other route, and behind each instant has to be what its law makes of what is before.
-/// The rest of impacts that accumulate is left out.
-pub(in crate::orbit) fn missed<M: HybridMaps>(
+/// The largest scaled distance by which a motion misses its own ends, where that is more than rounding explains; the unit is its size, but
+/// no less than `least`. `once_more` is the end of a flight by the other route, and the state after each instant has to be what the law of the instant
+/// makes of the state before. The completion of accumulating impacts is left out.
+pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
     motion: &M,
     (pattern, flights): (&Pattern, &[Flight]),
     state: impl Fn(&ModalState) -> DVector<f64>,

@@ -12,12 +12,12 @@ use crate::hybrid::OrbitStep;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::integrated::IntegratedJudge;
 
-/// Places at which the lowest of a gap behind its crossing is sought, before golden sections.
-const LOOKS: u32 = 64;
-/// Golden sections of what lies between two of them.
-const SECTIONS: usize = 40;
-/// What is known of flights is their margin, no tolerance.
-const KNOWN: Tolerance = Tolerance {
+/// Places at which the lowest of a gap beyond its crossing is sought, before golden sections. [work]
+const LOWEST_GAP_POINTS: u32 = 64;
+/// Golden sections of what lies between two of them. [work]
+const GOLDEN_SECTIONS: usize = 40;
+/// What flights are known to is a margin, so that their tolerance is nothing. [exact]
+const NO_TOLERANCE: Tolerance = Tolerance {
     relative: 0.0,
     absolute: 0.0,
 };
@@ -60,7 +60,7 @@ impl IntegratedJudge<'_> {
                 departed: 0.0,
                 begun: self.maps.moment(t),
                 h: step.h,
-                tolerance: KNOWN,
+                tolerance: NO_TOLERANCE,
                 known: margin,
             };
             if gap.order > 0 {
@@ -96,12 +96,12 @@ impl IntegratedJudge<'_> {
     }
 }
 
-/// The deepest place of a gap behind a part of a step, and how deep it is there.
+/// The deepest place of a gap after a part of a step, and its depth there.
 fn deepest(gap: &BoundedGap<'_>, path: &StepPath, from: f64) -> Result<(f64, f64)> {
-    let look = |k: u32| from + (1.0 - from) * f64::from(k) / f64::from(LOOKS);
+    let look = |k: u32| from + (1.0 - from) * f64::from(k) / f64::from(LOWEST_GAP_POINTS);
     let mut least = (from, f64::INFINITY);
     let mut nearest = 0;
-    for k in 0..=LOOKS {
+    for k in 0..=LOWEST_GAP_POINTS {
         let there = gap.at(path, look(k))?.gap;
         if there < least.1 {
             (least, nearest) = ((look(k), there), k);
@@ -110,9 +110,9 @@ fn deepest(gap: &BoundedGap<'_>, path: &StepPath, from: f64) -> Result<(f64, f64
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut a, mut b) = (
         look(nearest.saturating_sub(1)),
-        look((nearest + 1).min(LOOKS)),
+        look((nearest + 1).min(LOWEST_GAP_POINTS)),
     );
-    for _ in 0..SECTIONS {
+    for _ in 0..GOLDEN_SECTIONS {
         let (c, d) = (b - golden * (b - a), a + golden * (b - a));
         if gap.at(path, c)?.gap < gap.at(path, d)?.gap {
             b = d;

@@ -7,13 +7,10 @@ use crate::modal::{Block, Form, ModalState, Pair};
 use crate::model::Moment;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
-use crate::tolerance::{CLOSING_ROUNDING, FLIGHTS_CLOSED};
+use crate::tolerance::{CLOSING_ROUNDING, ELASTIC_SPEED_PART, FLIGHTS_CLOSED};
 
-/// Part of the elastic speed, that of the same strain in free vibration, to which a velocity is known: of a motion near rest
-/// nothing is left but the rounding of its strain.
-const SLOW: f64 = 1e-4;
-/// Points of a flight at which its size is looked at, where its ends say too little.
-const POINTS: usize = 64;
+/// Points of a flight at which the size of its motion is evaluated, where its ends say too little. [work]
+const FLIGHT_SIZE_POINTS: usize = 64;
 
 /// Sizes of position and velocity, and the elastic speed.
 #[derive(Debug, Clone, Copy, Default)]
@@ -24,7 +21,7 @@ struct Size {
 }
 
 impl Size {
-    /// Of a state in modal pairs: by the energy norm where the modes are real, of the coordinates elsewhere.
+    /// The size of a state in modal pairs: by the energy norm where the modes are real, of the coordinates elsewhere.
     fn of(scene: &ModalScene, state: &ModalState) -> Self {
         if let (Some(_), Form::Blocks(blocks)) = (scene.form.shapes(), &scene.form.form) {
             let [mut position, mut velocity, mut elastic] = [0.0; 3];
@@ -66,18 +63,18 @@ impl Size {
     /// A misfit relative to the size of the motion.
     fn relative_to(self, motion: Self) -> f64 {
         let part = |x: f64, size: f64| if x > 0.0 { x / size } else { x };
-        let velocity = motion.velocity + SLOW * motion.elastic;
+        let velocity = motion.velocity + ELASTIC_SPEED_PART * motion.elastic;
         let (x, y) = (
             part(self.position, motion.position),
             part(self.velocity, velocity),
         );
-        // Of two numbers the one that is none, if there is one.
+        // The one that is not a number, if one is.
         if y > x || y.is_nan() { y } else { x }
     }
 }
 
 /// Moves states along a flow over flights, the propagator of the last span kept.
-pub(crate) struct Carrier<'a, F: LinearFlow> {
+pub(crate) struct FlightPropagator<'a, F: LinearFlow> {
     flow: &'a F,
     scene: &'a ModalScene,
     span: f64,
@@ -86,7 +83,7 @@ pub(crate) struct Carrier<'a, F: LinearFlow> {
     end: ModalState,
 }
 
-impl<'a, F: LinearFlow> Carrier<'a, F> {
+impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
     /// A carrier along the flow of a scene.
     pub fn new(scene: &'a ModalScene, flow: &'a F) -> Self {
         Self {
@@ -99,7 +96,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         }
     }
 
-    /// Puts what a flight comes to after some time into `self.end`.
+    /// Moves the state at the start of a flight on by a time, into `self.end`.
     fn propagate(&mut self, phase: f64, flight: &Flight, span: f64) {
         if span != self.span {
             self.flow.prepare(span, &mut self.propagator);
@@ -112,7 +109,7 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         self.flow.modal_from_state(&self.state, &mut self.end);
     }
 
-    /// What a free flight comes to.
+    /// The end of a free flight.
     pub fn end(&mut self, phase: f64, flight: &Flight) -> &ModalState {
         self.propagate(phase, flight, flight.span);
         &self.end
@@ -144,8 +141,12 @@ impl<'a, F: LinearFlow> Carrier<'a, F> {
         }
         // At the contacts the motion may be little beside what it is elsewhere.
         for flight in flights {
-            for i in 1..POINTS {
-                self.propagate(phase, flight, flight.span * i as f64 / POINTS as f64);
+            for i in 1..FLIGHT_SIZE_POINTS {
+                self.propagate(
+                    phase,
+                    flight,
+                    flight.span * i as f64 / FLIGHT_SIZE_POINTS as f64,
+                );
                 motion = motion.max(Size::of(self.scene, &self.end));
             }
         }

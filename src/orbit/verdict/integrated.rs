@@ -2,7 +2,7 @@
 
 use crate::contact::first_root::FirstRoot;
 use crate::contact::polynomial::{EndValues, Judgement, Quintic};
-use crate::contact::probed::{PROBES, Probed};
+use crate::contact::probed::{Probed, STEP_PROBES};
 use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
 use crate::hybrid::{
@@ -17,11 +17,8 @@ use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::{is_met, judge_impacts, judge_reached};
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
 use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
-use crate::tolerance::INTEGRATED_MARGIN;
+use crate::tolerance::{INTEGRATED_MARGIN, SHORTEST_JUDGED_STEP};
 use nalgebra::DVector;
-
-/// Part of a flight's shortest step to which one is halved along which a nonlinear gap is not that of its quintic.
-const SHORTEST: f64 = 1e-3;
 
 /// Judges flights that are integrated.
 pub(crate) struct IntegratedJudge<'a> {
@@ -121,7 +118,7 @@ impl IntegratedJudge<'_> {
             }
             let own = HeldAtImpact {
                 before: mode.held(),
-                behind: next_mode.held(),
+                after: next_mode.held(),
                 time: next,
                 impacts,
             };
@@ -334,12 +331,12 @@ impl IntegratedJudge<'_> {
             let value = contact.along(|| self.maps.moment(t), (q, v, &a), h)?;
             Ok([value.gap, value.speed, value.acceleration])
         };
-        // What the flights are known to is the rounding of an orbit.
+        // The accuracy of the flights is the rounding of an orbit.
         let judged = Judgement {
             rounding: margin,
             error: 0.0,
         };
-        // Of a stop that moves steps may say little.
+        // Steps may be long for the motion of a stop: pieces of them are as short as its quintic asks.
         let motion = contact.motion.as_ref();
         let longest = motion.map_or(f64::INFINITY, |motion| motion.quintic_step(margin));
         let pieces = steps.iter().flat_map(|step| {
@@ -352,7 +349,7 @@ impl IntegratedJudge<'_> {
         let mut order = first_order;
         let shortest = left
             .iter()
-            .map(|(_, _, h)| h * SHORTEST)
+            .map(|(_, _, h)| h * SHORTEST_JUDGED_STEP)
             .fold(f64::INFINITY, f64::min);
         while let Some((step, from, h)) = left.pop() {
             let t = start + step.start + from;
@@ -370,8 +367,8 @@ impl IntegratedJudge<'_> {
             let quintic = Quintic::new(&known);
             let mut lowest = quintic.lowest();
             if is_nonlinear {
-                let mut probed = Probed([0.0; PROBES.len()]);
-                for (gap, x) in probed.0.iter_mut().zip(PROBES) {
+                let mut probed = Probed([0.0; STEP_PROBES.len()]);
+                for (gap, x) in probed.0.iter_mut().zip(STEP_PROBES) {
                     let q = step.dense.at(from + x * h);
                     let at = self.maps.moment(t + x * h);
                     *gap = contact.gap(&q[..q.len() / 2], at)?;

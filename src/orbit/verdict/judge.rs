@@ -16,7 +16,7 @@ use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
-use crate::orbit::verdict::closing::Carrier;
+use crate::orbit::verdict::closing::FlightPropagator;
 use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
 use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
 use crate::tolerance::ORBIT_MARGIN;
@@ -47,7 +47,7 @@ impl<'a> Judge<'a> {
         motions: impl Iterator<Item = (f64, &'m [Flight])>,
     ) -> Vec<bool> {
         with_flow!(&*self.flow, f => {
-            let mut carrier = Carrier::new(self.scene, f);
+            let mut carrier = FlightPropagator::new(self.scene, f);
             motions
                 .map(|(phase, flights)| carrier.lost(pattern, phase, flights).is_none())
                 .collect()
@@ -65,7 +65,7 @@ impl<'a> Judge<'a> {
         impacts: &[Impact],
         observer: &mut Observer<'_>,
     ) -> Result<Admissibility> {
-        self.with_effort(StopDepth::FULL, phase, flights, impacts, observer)
+        self.admissibility_to_depth(StopDepth::FULL, phase, flights, impacts, observer)
     }
 
     /// Judges an orbit with lasting contact, given the motions while stops are held: the contact forces too, and the flights
@@ -144,8 +144,8 @@ impl<'a> Judge<'a> {
         Ok(found)
     }
 
-    /// The same, but content with less about a violation.
-    pub fn with_effort(
+    /// The same, searching a violation only to a depth.
+    pub fn admissibility_to_depth(
         &mut self,
         effort: StopDepth,
         phase: f64,
@@ -194,7 +194,7 @@ impl<'a> Judge<'a> {
         for (flight, next) in flights.iter().zip(following) {
             let own = HeldAtImpact {
                 before: flight.mode.held(),
-                behind: next.mode.held(),
+                after: next.mode.held(),
                 time: next.start,
                 impacts,
             };
@@ -321,7 +321,7 @@ fn search<F: LinearFlow>(
             let sought = Sought {
                 span: flight.span,
                 margin,
-                effort,
+                stop_depth: effort,
             };
             let check = check_flight(flow, &mut levels, gap, &mut state, sought, observer)?;
             observer.work(state.len())?;

@@ -82,7 +82,7 @@ pub(crate) fn search_held(
     Ok(())
 }
 
-/// What is searched of a quantity along a flight.
+/// The search of a quantity along a flight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SearchSpan {
     pub span: f64,
@@ -121,7 +121,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
     let sought = Sought {
         span: span - skipped,
         margin,
-        effort: StopDepth::FULL,
+        stop_depth: StopDepth::FULL,
     };
     let check = check_flight(flow, &mut levels, row, state, sought, observer)?;
     Ok((skipped, check))

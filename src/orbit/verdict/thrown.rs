@@ -1,15 +1,15 @@
-//! What the law of impact says of stops that are held where another one is hit (theory 6, 9): behind it they are held if they need no pulling
-//! impulse for it, and they take an impulse where they would be passed without.
+//! The law of impact for stops that are held where another one is hit (theory 6, 9): they stay held if that needs no pulling impulse, and
+//! they receive an impulse where they would be passed without.
 
 use crate::error::Result;
 use crate::impact::Impact;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 
-/// The stops held before an instant and behind it, its time and the impacts there.
+/// The stops held before an instant and after it, its time and the impacts there.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::orbit) struct HeldAtImpact<'a> {
     pub before: &'a [usize],
-    pub behind: &'a [usize],
+    pub after: &'a [usize],
     pub time: f64,
     pub impacts: &'a [Impact],
 }
@@ -30,7 +30,7 @@ pub(in crate::orbit) fn judge_held(
         for impact in here() {
             opening += speed_per_impulse(stop, impact.stop)? * impact.impulse;
         }
-        let rule = if opening > slow(stop) && own.behind.contains(&stop) {
+        let rule = if opening > slow(stop) && own.after.contains(&stop) {
             let impulse = -opening / speed_per_impulse(stop, stop)?;
             Rule::Pulls { impulse }
         } else if opening < -slow(stop) {
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     /// The verdict on stop 0, held before an impact on stop 1, that opens with some speed by the law.
-    fn verdict(opening: f64, behind: &[usize]) -> Option<Rule> {
+    fn verdict(opening: f64, after: &[usize]) -> Option<Rule> {
         let impacts = [Impact {
             time: 2.0,
             stop: 1,
@@ -64,7 +64,7 @@ mod tests {
         }];
         let own = HeldAtImpact {
             before: &[0],
-            behind,
+            after,
             time: 2.0,
             impacts: &impacts,
         };

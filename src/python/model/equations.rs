@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::model::EquationsOfMotion;
 use crate::python::array::out_matrix;
 use crate::python::c_function::CFunction;
-use crate::python::callable::{Callable, Entered, Place, is_equal, position, read_only};
+use crate::python::callable::{CallSite, Callable, Entered, is_equal, position, read_only};
 use nalgebra::DMatrix;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -89,7 +89,7 @@ impl EquationsOfMotion for PyEquations {
                 Ok(())
             }
             Acceleration::Python(function) => {
-                let place = Place { time: Some(t), q };
+                let place = CallSite { time: Some(t), q };
                 function.write_vector(|py| self.arguments(py, (t, q, v)), &place, a)
             }
         }
@@ -103,7 +103,7 @@ impl EquationsOfMotion for PyEquations {
         match &self.mass {
             Some(Mass::Constant(mass)) => Ok(mass.clone()),
             Some(Mass::Function(function)) => {
-                let place = Place { time: None, q };
+                let place = CallSite { time: None, q };
                 function.matrix(|py| position(py, q), &place, (self.n, self.n))
             }
             None => Err(crate::model::no_mass("this")),
@@ -118,7 +118,7 @@ impl EquationsOfMotion for PyEquations {
     }
 
     fn jacobian(&self, t: f64, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
-        let place = Place { time: Some(t), q };
+        let place = CallSite { time: Some(t), q };
         self.jacobian
             .as_ref()
             .map(|function| {
@@ -129,7 +129,7 @@ impl EquationsOfMotion for PyEquations {
     }
 
     fn potential(&self, q: &[f64]) -> Result<Option<f64>> {
-        let place = Place { time: None, q };
+        let place = CallSite { time: None, q };
         self.potential
             .as_ref()
             .map(|function| function.number(|py| position(py, q), &place))

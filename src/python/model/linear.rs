@@ -24,7 +24,7 @@ fn out_coefficient<'py>(py: Python<'py>, c: &model::Coefficient) -> PyResult<Bou
     })
 }
 
-/// Unknowns up to which sparse matrices are taken: dense ones of this order have 32 MB each.
+/// The largest order of a sparse matrix that is taken: written out, one of this order has 32 MB. [work]
 const MOST_SPARSE: usize = 2000;
 
 /// A coefficient matrix; a sparse array of SciPy, which its methods tell, is written out.

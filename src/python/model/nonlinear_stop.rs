@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::model::{GapFunction, NonlinearStop};
 use crate::python::answered::answered;
 use crate::python::argument;
-use crate::python::callable::{Callable, Place, is_equal, name_of, position};
+use crate::python::callable::{CallSite, Callable, is_equal, name_of, position};
 use crate::python::model::reaction::{out_reaction, reaction};
 use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use pyo3::exceptions::PyTypeError;
@@ -19,12 +19,12 @@ struct PyGap {
 
 impl GapFunction for PyGap {
     fn gap(&self, q: &[f64]) -> Result<f64> {
-        let place = Place { time: None, q };
+        let place = CallSite { time: None, q };
         self.gap.number(|py| position(py, q), &place)
     }
 
     fn gradient(&self, q: &[f64], gradient: &mut [f64]) -> Result<()> {
-        let place = Place { time: None, q };
+        let place = CallSite { time: None, q };
         self.gradient
             .write_vector(|py| position(py, q), &place, gradient)
     }

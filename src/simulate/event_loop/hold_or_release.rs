@@ -11,16 +11,14 @@ use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
 
-use crate::tolerance::{DEPENDENT, FACING, GAP_ROUNDING, IMPACT_ROUNDING, RELEASED, TIME_ROUNDING};
+use crate::tolerance::{
+    DEPENDENT, FACING, GAP_ROUNDING, IMPACT_ROUNDING, RELEASED, RELEASES_AT_ONCE, TIME_ROUNDING,
+};
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
 
-/// Times that a stop is let go at one instant before the law of the forces as they are decides, or that it opens late and is back at
-/// once before it is held.
-const MOST_AT_ONCE: usize = 2;
-
 impl EventLoop {
-    /// What each stop in contact does next: it opens with a root of some order, or it is held.
+    /// Decides whether each stop in contact opens, with a root of some order, or is held.
     pub(super) fn settle<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Resolved {
         self.root_orders.fill(0);
         for (stop, size) in self.sizes.iter_mut().enumerate() {
@@ -72,10 +70,10 @@ impl EventLoop {
     ) -> Resolved {
         let now = system.clock().time();
         self.impulses.clear();
-        self.let_go.note(now, stop);
-        // What stood still where the flight began moves now.
+        self.releases.note(now, stop);
+        // Stops without speed at the start of the flight may have one now.
         if !self.departed_at(now) {
-            self.still.clear();
+            self.zero_speed.clear();
         }
         let mut resting = Vec::new();
         for other in 0..system.n_stops() {
@@ -85,7 +83,7 @@ impl EventLoop {
             }
         }
         self.held.clear();
-        self.still.clear();
+        self.zero_speed.clear();
         self.root_orders.fill(0);
         if !self.is_spared(system, &resting, stop)? {
             self.held.clear();
@@ -141,7 +139,7 @@ impl EventLoop {
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
     fn is_still<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
         let state = system.gap(stop);
-        self.still.contains(&stop) || state.speed.abs() <= least_speed(system, stop, state)
+        self.zero_speed.contains(&stop) || state.speed.abs() <= least_speed(system, stop, state)
     }
 
     /// The sizes of the terms of the accelerations of stops at rest, or those before the impacts of this instant, if larger; and the
@@ -151,11 +149,14 @@ impl EventLoop {
         system: &Y,
         stops: &[usize],
     ) -> Result<(Vec<f64>, Vec<f64>)> {
-        let jolts: Vec<f64> = stops.iter().map(|&stop| self.jolted[stop]).collect();
-        self.jolted.fill(0.0);
+        let prior_sizes: Vec<f64> = stops.iter().map(|&stop| self.prior_sizes[stop]).collect();
+        self.prior_sizes.fill(0.0);
         let sizes = system.acceleration_sizes(stops)?;
-        let sizes = sizes.iter().zip(&jolts).map(|(size, jolt)| size.max(*jolt));
-        Ok((sizes.collect(), jolts))
+        let sizes = sizes
+            .iter()
+            .zip(&prior_sizes)
+            .map(|(size, prior)| size.max(*prior));
+        Ok((sizes.collect(), prior_sizes))
     }
 
     /// Of the stops at rest in contact, those that push are held, the others open (theory 9, at acceleration level); where one is let
@@ -169,7 +170,7 @@ impl EventLoop {
         if stops.is_empty() {
             return Ok(Ok(()));
         }
-        let (mut sizes, jolts) = self.pull_sizes(system, stops)?;
+        let (mut sizes, prior_sizes) = self.pull_sizes(system, stops)?;
         let by_impacts = self.unknown_by_impacts(system, stops, &[], 2)?;
         for (size, unknown) in sizes.iter_mut().zip(by_impacts) {
             *size = size.max(unknown / GAP_ROUNDING);
@@ -179,7 +180,7 @@ impl EventLoop {
             normals: system.normals(stops)?,
             delassus: system.delassus(stops)?,
             sizes,
-            jolts,
+            prior_sizes,
             steady: system.steady(),
         };
         let Resting {
@@ -198,8 +199,8 @@ impl EventLoop {
             };
         let now = system.clock().time();
         // Where one is let go again and again, the law of the forces as they are ends it.
-        let times = |stop: usize| self.let_go.times(now, stop);
-        let is_law = is_release && stops.iter().any(|&stop| times(stop) > MOST_AT_ONCE);
+        let times = |stop: usize| self.releases.times(now, stop);
+        let is_law = is_release && stops.iter().any(|&stop| times(stop) > RELEASES_AT_ONCE);
         let unclear = |stop: usize| match times(stop) {
             _ if is_law => 0.0,
             0 => nothing,
@@ -212,7 +213,9 @@ impl EventLoop {
                 // The time of a release is known to rounding, and what is so little then to nobody.
                 _ if is_release && left <= unclear(stop) => undecided.push(i),
                 // Where the law of the forces is no end of it either, how they change decides.
-                Release::Stays if is_release && times(stop) > 2 * MOST_AT_ONCE => undecided.push(i),
+                Release::Stays if is_release && times(stop) > 2 * RELEASES_AT_ONCE => {
+                    undecided.push(i);
+                }
                 Release::Stays => shares.push((i, force.force)),
                 Release::Leaves => self.root_orders[stop] = 2,
                 Release::Undecided => undecided.push(i),
@@ -238,7 +241,7 @@ impl EventLoop {
     ) -> Result<Vec<usize>> {
         let now = system.clock().time();
         // One that is back each time that it opens is opened by rounding.
-        let is_back = |&i: &usize| self.closed_again.times(now, resting.stops[i]) > MOST_AT_ONCE;
+        let is_back = |&i: &usize| self.reclosings.times(now, resting.stops[i]) > RELEASES_AT_ONCE;
         let (back, mut undecided): (Vec<_>, Vec<_>) = undecided.into_iter().partition(is_back);
         let mut one_leaves = resting
             .stops
@@ -293,8 +296,8 @@ impl EventLoop {
             }
             // One whose force falls each time that it is held is pressed by rounding, but by an acceleration.
             let is_spent = |i: &usize| {
-                let times = self.let_go.times(now, resting.stops[*i]);
-                is_release && order > 2 && times > MOST_AT_ONCE
+                let times = self.releases.times(now, resting.stops[*i]);
+                is_release && order > 2 && times > RELEASES_AT_ONCE
             };
             let (spent, pressed): (Vec<_>, Vec<_>) =
                 law.pressed.iter().copied().partition(is_spent);
@@ -309,9 +312,9 @@ impl EventLoop {
         }
         for i in undecided.into_iter().chain(back.iter().copied()) {
             // Where another leaves, it is that one whose force fell; at a second time it is this one.
-            let times = self.let_go.times(now, resting.stops[i]);
+            let times = self.releases.times(now, resting.stops[i]);
             // One that is let go each time that it is held, and back each time, is so by rounding: it stays, with a force that begins late.
-            let is_neither = times > MOST_AT_ONCE && back.contains(&i);
+            let is_neither = times > RELEASES_AT_ONCE && back.contains(&i);
             if is_neither {
                 self.root_orders[resting.stops[i]] = LATE;
             }
@@ -373,7 +376,7 @@ impl EventLoop {
         contact_forces(delassus, &pulls, &slack).ok()
     }
 
-    /// What is unknown of the accelerations of contacts beside others that are held.
+    /// The errors of the accelerations of contacts beside others that are held.
     fn unknown_beside<Y: HybridSystem + ?Sized>(
         &self,
         system: &mut Y,
@@ -397,7 +400,7 @@ impl EventLoop {
             let size = if self.were_held.is_empty() {
                 resting.sizes[i]
             } else {
-                resting.jolts[i]
+                resting.prior_sizes[i]
             };
             self.acceleration_unknown(system, (stops[k], jerk(k)), size)
         };

@@ -48,12 +48,12 @@ impl EventLoop {
     fn find_touching<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Result<()> {
         system.evaluate_gaps()?;
         self.touching.clear();
-        self.still.clear();
+        self.zero_speed.clear();
         for stop in 0..system.n_stops() {
             // What is held has no speed, though its stop may have moved on by the rounding of the time.
             let stays = self.held.contains(&stop) || self.faces_held(system, stop);
             if stays {
-                self.still.push(stop);
+                self.zero_speed.push(stop);
             }
             if stays || self.is_closed(system, stop) {
                 self.touching.push(stop);

@@ -6,16 +6,17 @@ use crate::linalg::rank;
 use crate::tolerance::DEPENDENT;
 use nalgebra::{DMatrix, DVector};
 
-/// Stops at rest in contact.
+/// The k stops that are at rest in contact, and the n coordinates.
 pub(super) struct Resting<'a> {
     pub stops: &'a [usize],
-    /// Their normals as columns.
+    /// Their normals as columns, shape `(n, k)`, [-].
     pub normals: DMatrix<f64>,
+    /// Their Delassus matrix `N^T B`, shape `(k, k)`, [1/kg].
     pub delassus: DMatrix<f64>,
-    /// The sizes of the terms of the accelerations of their gaps.
+    /// The sizes of the terms of the accelerations of their gaps, shape `(k,)`, [m/s^2].
     pub sizes: Vec<f64>,
-    /// Those before the impacts of this instant.
-    pub jolts: Vec<f64>,
+    /// Those sizes before the impacts of this instant, shape `(k,)`, [m/s^2].
+    pub prior_sizes: Vec<f64>,
     /// Derivatives of gaps below this part of what others do to them are zero.
     pub steady: f64,
 }
@@ -31,7 +32,7 @@ impl Resting<'_> {
     pub fn law_of(&self, held: &[usize], free: &[usize], derivatives: &[[f64; 2]]) -> Result<Law> {
         let opening = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[0]));
         let reduced = reduced(&self.delassus, held, free);
-        // What the forces on the others do to a gap has their errors.
+        // The effect of the forces on the others on a gap has their errors.
         let reached = |i: usize, j: usize| (reduced[(i, j)] / reduced[(j, j)] * opening[j]).abs();
         let shaken = |i: usize| (0..free.len()).fold(0.0, |most: f64, j| most.max(reached(i, j)));
         let slack = DVector::from_fn(free.len(), |i, _| {
@@ -55,7 +56,7 @@ impl Resting<'_> {
     }
 }
 
-/// What contacts do next, by one derivative.
+/// Which contacts push and which open, by one derivative of their gaps.
 #[derive(Default)]
 pub(super) struct Law {
     /// Those that begin to push.

@@ -10,11 +10,13 @@ use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
-use crate::tolerance::{AGREED, GAP_ROUNDING, IMPULSE_ROUNDING, RATIO_TOL, SPEED_ROUNDING};
+use crate::tolerance::{
+    GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING, RATIO_TOL, SPEED_ROUNDING,
+};
 use nalgebra::{DMatrix, DVector};
 
-/// Impacts of whose rounding the next ones are told apart by nothing.
-const FEW: usize = 100;
+/// Number of earlier impacts whose speeds set the rounding of the next ones, in a check that debug builds alone make. [work]
+const RECENT_IMPACTS: usize = 100;
 
 impl EventLoop {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
@@ -25,8 +27,8 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         let (first, count) = (record.impacts.len(), self.stats.n_impacts);
-        self.jolted.fill(0.0);
-        self.note_jolt(system)?;
+        self.prior_sizes.fill(0.0);
+        self.note_prior_sizes(system)?;
         if self.touching.len() > 1 && self.is_coupled(system) {
             let restitutions = self.restitutions(system);
             if let Err(unresolved) = self.strike_together(system, &restitutions, Some(record))? {
@@ -39,16 +41,16 @@ impl EventLoop {
                     let impact = system.strike(stop)?;
                     self.note(system, stop, impact, record);
                     if impact.departure == 0.0 {
-                        self.still.push(stop);
+                        self.zero_speed.push(stop);
                     }
                 } else if self.held.contains(&stop) {
                     // What is left of its speed is rounding, of a gap that is none.
-                    self.still.push(stop);
+                    self.zero_speed.push(stop);
                 }
             }
         }
         if self.stats.n_impacts == count {
-            self.jolted.fill(0.0);
+            self.prior_sizes.fill(0.0);
         }
         system.evaluate_gaps()?;
         debug_assert!(
@@ -61,11 +63,11 @@ impl EventLoop {
 
     /// Takes note of the sizes of accelerations before and between impacts, where others than the stop that was reached are in
     /// contact.
-    fn note_jolt<Y: HybridSystem + ?Sized>(&mut self, system: &Y) -> Result<()> {
+    fn note_prior_sizes<Y: HybridSystem + ?Sized>(&mut self, system: &Y) -> Result<()> {
         if self.touching.len() > 1 {
             let sizes = system.acceleration_sizes(&self.touching)?;
             for (&stop, size) in self.touching.iter().zip(sizes) {
-                self.jolted[stop] = size.max(self.jolted[stop]);
+                self.prior_sizes[stop] = size.max(self.prior_sizes[stop]);
             }
         }
         Ok(())
@@ -157,15 +159,15 @@ impl EventLoop {
                 system.record_chatter(stop, record)?;
             }
         }
-        self.jolted.fill(0.0);
-        self.note_jolt(system)?;
+        self.prior_sizes.fill(0.0);
+        self.note_prior_sizes(system)?;
         let inelastic = DVector::zeros(self.touching.len());
         if let Err(unresolved) = self.strike_together(system, &inelastic, None)? {
             return Ok(Err(unresolved));
         }
         system.evaluate_gaps()?;
         // What the last impulses throw off others, and no higher than rounding before what rests draws it back, comes to rest with them.
-        let rest = self.still.clone();
+        let rest = self.zero_speed.clone();
         for k in 0..self.touching.len() {
             let stop = self.touching[k];
             if rest.contains(&stop) {
@@ -174,7 +176,7 @@ impl EventLoop {
             let state = system.gap(stop);
             let pull = -self.drawn(system, (stop, state), &rest)?;
             if self.is_low((stop, state.speed), pull, GAP_ROUNDING) {
-                self.still.push(stop);
+                self.zero_speed.push(stop);
             }
         }
         if let Some(span) = lasting {
@@ -240,7 +242,7 @@ impl EventLoop {
         let each = |of: &dyn Fn(usize) -> f64| {
             DVector::from_iterator(stops.len(), stops.iter().map(|&stop| of(stop)))
         };
-        let (held, still) = (&self.held, &self.still);
+        let (held, still) = (&self.held, &self.zero_speed);
         let speeds = each(&|stop| {
             if held.contains(&stop) || still.contains(&stop) {
                 0.0
@@ -255,7 +257,7 @@ impl EventLoop {
             return Ok(Err(Unresolved { reason }));
         };
         self.n_inelastic += usize::from(resolved.is_inelastic);
-        self.still.clear();
+        self.zero_speed.clear();
         let kick = |k: usize| delassus[(k, k)] * resolved.impulses[k];
         let least = IMPULSE_ROUNDING * (0..stops.len()).map(kick).fold(0.0, f64::max);
         for (k, &stop) in stops.iter().enumerate() {
@@ -263,7 +265,7 @@ impl EventLoop {
             let departure = resolved.opening_speeds[k];
             if kick(k) > least {
                 system.push(stop, impulse)?;
-                self.note_jolt(system)?;
+                self.note_prior_sizes(system)?;
                 let impact = NormalImpact {
                     approach: positive_part(-speeds[k]),
                     departure,
@@ -274,10 +276,10 @@ impl EventLoop {
                 }
             }
             if departure == 0.0 {
-                self.still.push(stop);
+                self.zero_speed.push(stop);
             }
         }
-        if !self.still.is_empty() {
+        if !self.zero_speed.is_empty() {
             take(system, &stops, &resolved.opening_speeds, &delassus)?;
         }
         Ok(Ok(()))
@@ -309,10 +311,15 @@ fn agree<Y: HybridSystem + ?Sized>(
     first: usize,
 ) -> bool {
     let (before, impacts) = impacts.split_at(first);
-    // What is no speed at one stop in contact is none at others, and what faster impacts have left is known to their rounding.
+    // A speed below the rounding at one stop in contact is rounding at the others, too, and so is one below the rounding of earlier, faster
+    // impacts.
     let least = |&stop: &usize| least_speed(system, stop, system.gap(stop));
     let least = touching.iter().map(least).fold(f64::MIN_POSITIVE, f64::max);
-    let earlier = before.iter().rev().take(FEW).map(|impact| impact.approach);
+    let earlier = before
+        .iter()
+        .rev()
+        .take(RECENT_IMPACTS)
+        .map(|impact| impact.approach);
     let least = least.max(GAP_ROUNDING * earlier.fold(0.0, f64::max));
     // The forcing's part of a speed is known to the rounding of the time.
     let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
@@ -327,7 +334,7 @@ fn agree<Y: HybridSystem + ?Sized>(
         };
         let size = system.speed_size(stop) + impacts.iter().map(kick).sum::<f64>();
         // The law of several stops is known to some roundings; below the normal numbers there are few digits.
-        let allowed = AGREED * size + 10.0 * least;
+        let allowed = IMPACT_RATE_MATCH * size + 10.0 * least;
         (state.speed - impact.departure).abs() <= allowed
     })
 }

@@ -45,7 +45,7 @@ DAMPING = (
         PROPAGATION,
         "        let [[first, s], [cross, second]] = *exponential;",
         f"        {NEVER}\n",
-        "    }\n}\n\n/// From this distance",
+        "    }\n}\n\nfn is_far_from_one",
     ),
     Change(
         MODAL_BLOCK,
@@ -126,10 +126,10 @@ KEPT = (
 # Nobody is asked whether to go on.
 WATCH = (
     Change(LOOP, "            observer.work(work)?;\n", ""),
-    Change(NEXT, "            if let Some(work) = made {", "", "            let Gone { count, are_clear } ="),
+    Change(NEXT, "            if let Some(work) = made {", "", "            let StepAdvance { count, are_clear } ="),
     Change(
         NEXT,
-        "                observer.work(STEPS_PER_LOOK * self.state.len())?;",
+        "                observer.work(STEPS_PER_REACH_CHECK * self.state.len())?;",
         "",
         "                self.leave_out();",
     ),

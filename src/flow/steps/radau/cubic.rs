@@ -3,7 +3,7 @@
 //! with.
 
 use crate::flow::steps::dense_output::Dense;
-use crate::flow::steps::radau::tableau::{NODES, STAGES};
+use crate::flow::steps::radau::tableau::{RADAU_NODES, RADAU_STAGES};
 use crate::flow::steps::state::State;
 
 /// The cubic of the last step that was solved.
@@ -35,7 +35,7 @@ impl<S: State> Cubic<S> {
     }
 
     /// Sets the cubic of a step with these increments.
-    pub fn set(&mut self, z: &[S; STAGES], h: f64) {
+    pub fn set(&mut self, z: &[S; RADAU_STAGES], h: f64) {
         for i in 0..self.c[0].slice().len() {
             set_entry(&mut self.c, i, coefficients(entry(z, i)));
         }
@@ -44,10 +44,10 @@ impl<S: State> Cubic<S> {
 
     /// The increments of entry i in the next step, as far as they are known; or zeros.
     #[inline]
-    pub fn increments(&self, i: usize, h: f64) -> [f64; STAGES] {
-        self.from.map_or([0.0; STAGES], |from| {
+    pub fn increments(&self, i: usize, h: f64) -> [f64; RADAU_STAGES] {
+        self.from.map_or([0.0; RADAU_STAGES], |from| {
             let c = entry(&self.c, i);
-            NODES.map(|node| growth(c, from, node * h / self.h))
+            RADAU_NODES.map(|node| growth(c, from, node * h / self.h))
         })
     }
 
@@ -78,10 +78,11 @@ pub(super) fn set_entry<S: State>(x: &mut [S; 3], i: usize, to: [f64; 3]) {
 
 /// The coefficients of the cubic with some increments at the nodes.
 #[inline]
-fn coefficients(z: [f64; STAGES]) -> [f64; 3] {
-    let bump = |i: usize| (z[i] - NODES[i] * z[2]) / (NODES[i] * (1.0 - NODES[i]));
-    let c2 = (bump(1) - bump(0)) / (NODES[1] - NODES[0]);
-    [z[2], bump(0) - NODES[0] * c2, c2]
+fn coefficients(z: [f64; RADAU_STAGES]) -> [f64; 3] {
+    let bump =
+        |i: usize| (z[i] - RADAU_NODES[i] * z[2]) / (RADAU_NODES[i] * (1.0 - RADAU_NODES[i]));
+    let c2 = (bump(1) - bump(0)) / (RADAU_NODES[1] - RADAU_NODES[0]);
+    [z[2], bump(0) - RADAU_NODES[0] * c2, c2]
 }
 
 /// What the cubic grows by from `from`, which is 0 or 1, to `from + x`.
@@ -96,12 +97,12 @@ mod tests {
     use super::*;
     use crate::flow::steps::dense_output::DenseOutput;
 
-    const Z: [f64; STAGES] = [0.3, -0.7, 1.9];
+    const Z: [f64; RADAU_STAGES] = [0.3, -0.7, 1.9];
 
     #[test]
     fn the_cubic_goes_through_the_increments() {
         let c = coefficients(Z);
-        for (node, z) in NODES.into_iter().zip(Z) {
+        for (node, z) in RADAU_NODES.into_iter().zip(Z) {
             assert!((growth(c, 0.0, node) - z).abs() < 1e-14);
         }
         for x in [-0.3, 0.8, 2.0] {
@@ -113,7 +114,7 @@ mod tests {
     #[test]
     fn it_is_the_dense_output_and_goes_on_as_the_next_increments() {
         let mut cubic = Cubic::<[f64; 2]>::new(1);
-        assert_eq!(cubic.increments(0, 0.5), [0.0; STAGES]);
+        assert_eq!(cubic.increments(0, 0.5), [0.0; RADAU_STAGES]);
         cubic.set(&Z.map(|z| [z, -z]), 0.5);
         let dense = cubic.dense(&[1.0, 2.0], &[2.9, 0.1], 0.5);
         let state = |s: f64| {
@@ -125,7 +126,7 @@ mod tests {
             if from > 0.0 {
                 cubic.go_on();
             }
-            for (node, z) in NODES.into_iter().zip(cubic.increments(0, h)) {
+            for (node, z) in RADAU_NODES.into_iter().zip(cubic.increments(0, h)) {
                 let apart = state(from + node * h) - state(from);
                 assert!((z - apart).abs() < 1e-13 * (1.0 + apart.abs()));
             }

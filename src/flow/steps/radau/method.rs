@@ -10,10 +10,10 @@ use crate::error::Result;
 use crate::flow::steps::control::StepControl;
 use crate::flow::steps::dense_output::Dense;
 use crate::flow::steps::radau::cubic::{Cubic, entry, set_entry};
-use crate::flow::steps::radau::newton::{Convergence, ITERATIONS, Iteration};
+use crate::flow::steps::radau::newton::{Convergence, Iteration, RADAU_ITERATIONS};
 use crate::flow::steps::radau::system::NewtonSystem;
 use crate::flow::steps::radau::tableau::{
-    ERROR, FROM_MODES, NODES, PAIR, REAL, STAGES, TO_MODES, times,
+    FROM_MODES, PAIR, RADAU_ERROR, RADAU_NODES, RADAU_STAGES, REAL_EIGENVALUE, TO_MODES, times,
 };
 use crate::flow::steps::state::{State, rate};
 use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
@@ -30,10 +30,10 @@ pub(crate) struct Radau<S> {
     end: S,
     end_rate: S,
     /// Increments at the nodes, and their modes.
-    z: [S; STAGES],
-    w: [S; STAGES],
+    z: [S; RADAU_STAGES],
+    w: [S; RADAU_STAGES],
     /// Rates at the nodes, then the increments of the modes in an iteration.
-    f: [S; STAGES],
+    f: [S; RADAU_STAGES],
     pair: Vec<Complex<f64>>,
     trial: S,
     /// The largest size of each entry on the step.
@@ -77,7 +77,7 @@ fn add<S: State>(x: &S, y: &S, sum: &mut S) {
 fn estimate<S: State>(system: &mut NewtonSystem, h: f64, rate: &S, z: &[S; 3], error: &mut S) {
     for (i, (error, f)) in error.slice_mut().iter_mut().zip(rate.slice()).enumerate() {
         let z = entry(z, i);
-        *error = h * f + ERROR[0] * z[0] + ERROR[1] * z[1] + ERROR[2] * z[2];
+        *error = h * f + RADAU_ERROR[0] * z[0] + RADAU_ERROR[1] * z[1] + RADAU_ERROR[2] * z[2];
     }
     system.solve_real(error.slice_mut());
 }
@@ -105,15 +105,15 @@ impl<S: State> Radau<S> {
         }
         self.guess(h);
         self.convergence.begin();
-        let drives = NODES.map(|node| dynamics.drive(start.at.after(node * h)));
-        for _ in 0..ITERATIONS {
+        let drives = RADAU_NODES.map(|node| dynamics.drive(start.at.after(node * h)));
+        for _ in 0..RADAU_ITERATIONS {
             for (k, drive) in drives.into_iter().enumerate() {
                 add(start.x, &self.z[k], &mut self.trial);
                 rate(dynamics, drive, &self.trial, &mut self.f[k])?;
             }
-            self.n_rhs += STAGES;
+            self.n_rhs += RADAU_STAGES;
             self.improve(h);
-            add(start.x, &self.z[STAGES - 1], &mut self.end);
+            add(start.x, &self.z[RADAU_STAGES - 1], &mut self.end);
             self.reach(start.x);
             match self.convergence.judge(self.increment()) {
                 Iteration::Continue => {}
@@ -127,7 +127,7 @@ impl<S: State> Radau<S> {
     fn improve(&mut self, h: f64) {
         for i in 0..self.pair.len() {
             let (f, w) = (times(&TO_MODES, entry(&self.f, i)), entry(&self.w, i));
-            self.f[0].slice_mut()[i] = h * f[0] - REAL * w[0];
+            self.f[0].slice_mut()[i] = h * f[0] - REAL_EIGENVALUE * w[0];
             self.pair[i] = Complex::new(f[1], f[2]) * h - PAIR * Complex::new(w[1], w[2]);
         }
         self.system.solve_real(self.f[0].slice_mut());
@@ -165,7 +165,7 @@ impl<S: State> Radau<S> {
                 .map(move |d| (d.slice()[i] / scale(i)).powi(2))
         };
         let squares = (0..2 * n).flat_map(square).sum::<f64>();
-        (squares / (STAGES * 2 * n) as f64).sqrt()
+        (squares / (RADAU_STAGES * 2 * n) as f64).sqrt()
     }
 
     /// Makes the rate at the end and the cubic; false if the rate is no number.

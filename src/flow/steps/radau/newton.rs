@@ -5,16 +5,13 @@
 //! so after the last increment, `eta theta^(K-k) |d_k| > goal`.
 
 use crate::flow::steps::stepper::Tolerance;
+use crate::tolerance::{FIRST_INCREMENT_LEFT, NEWTON_DIVERGENCE};
 
-/// Iterations of one step at most.
-pub(super) const ITERATIONS: i32 = 7;
-/// An iteration whose increments shrink by less than this factor does not converge.
-const SLOWEST: f64 = 0.99;
-/// A Jacobian with which they shrink by less than this factor is made anew for the next step.
-const SLOW: f64 = 1e-3;
-/// The first increment is not believed to leave less than this part of itself, however fast the iterations before
-/// converged: the equations may have changed, as where a spring is met.
-const LEAST_LEFT: f64 = 1e-2;
+/// Iterations of one step at most, that of RADAU5. [work]
+pub(super) const RADAU_ITERATIONS: i32 = 7;
+/// Factor between increments up to which an iteration converges so fast that its Jacobian serves for the next step as well; that of RADAU5.
+/// [work]
+const FAST_CONVERGENCE: f64 = 1e-3;
 
 /// What to do after an increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,14 +61,14 @@ impl Convergence {
 
     /// Begins an iteration, whose first increment is judged by the convergence of the one before.
     pub fn begin(&mut self) {
-        self.eta = self.eta.powf(0.8).max(LEAST_LEFT);
+        self.eta = self.eta.powf(0.8).max(FIRST_INCREMENT_LEFT);
         self.theta = 0.0;
         self.increments = 0;
     }
 
     /// Whether the last iteration was so slow that the next step wants another Jacobian.
     pub fn is_slow(&self) -> bool {
-        self.theta > SLOW
+        self.theta > FAST_CONVERGENCE
     }
 
     /// Judges the next increment by its size in units of the tolerance; one that is no number is a failure.
@@ -85,11 +82,11 @@ impl Convergence {
         let is_foreseen = if self.increments == 1 {
             size.is_finite()
         } else {
-            left * self.theta.powi(ITERATIONS - self.increments) <= self.goal
+            left * self.theta.powi(RADAU_ITERATIONS - self.increments) <= self.goal
         };
-        if self.theta < SLOWEST && left <= self.goal {
+        if self.theta < NEWTON_DIVERGENCE && left <= self.goal {
             Iteration::Converged
-        } else if self.theta < SLOWEST && is_foreseen {
+        } else if self.theta < NEWTON_DIVERGENCE && is_foreseen {
             Iteration::Continue
         } else {
             self.eta = 1.0;
@@ -117,7 +114,7 @@ mod tests {
     fn verdicts(convergence: &mut Convergence, size: f64, factor: f64) -> Vec<Iteration> {
         convergence.begin();
         let mut verdicts = Vec::new();
-        for k in 0..ITERATIONS {
+        for k in 0..RADAU_ITERATIONS {
             verdicts.push(convergence.judge(size * factor.powi(k)));
             if verdicts.last() != Some(&Iteration::Continue) {
                 break;

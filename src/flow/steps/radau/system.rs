@@ -8,7 +8,7 @@
 //! lose beside each other in one matrix only slows the iteration: its right-hand sides are residuals, which vanish.
 
 use crate::error::Result;
-use crate::flow::steps::radau::tableau::{PAIR, REAL};
+use crate::flow::steps::radau::tableau::{PAIR, REAL_EIGENVALUE};
 use crate::flow::steps::state::State;
 use crate::flow::steps::stepper::{StepStart, Tolerance};
 use crate::model::Dynamics;
@@ -65,7 +65,7 @@ impl Factors {
     fn new(jacobian: &DMatrix<f64>, h: f64) -> Option<Self> {
         Some(Self {
             h,
-            real: ReducedMatrices::new(REAL, jacobian, h)?,
+            real: ReducedMatrices::new(REAL_EIGENVALUE, jacobian, h)?,
             pair: ReducedMatrices::new(PAIR, jacobian, h)?,
         })
     }
@@ -92,13 +92,13 @@ pub(super) struct NewtonSystem {
     trial: Vec<f64>,
     acceleration: Vec<f64>,
     #[cfg(test)]
-    pub counts: Counts,
+    pub counts: NewtonCounts,
 }
 
 /// Jacobians and pairs of factorizations so far.
 #[cfg(test)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Counts {
+pub(super) struct NewtonCounts {
     pub jacobians: usize,
     pub factorizations: usize,
 }
@@ -113,7 +113,7 @@ impl NewtonSystem {
             trial: vec![0.0; 2 * n_dof],
             acceleration: vec![0.0; n_dof],
             #[cfg(test)]
-            counts: Counts::default(),
+            counts: NewtonCounts::default(),
         }
     }
 
@@ -279,7 +279,7 @@ mod tests {
     fn the_reduced_system_has_the_solution_of_the_whole() {
         for stiffness in [0.0, 1.0, 1e6, 1e12] {
             for h in [1.0, 1e-2, 1e-6] {
-                check(REAL, stiffness, h);
+                check(REAL_EIGENVALUE, stiffness, h);
                 check(PAIR, stiffness, h);
                 check(PAIR, stiffness, -h);
             }
@@ -289,10 +289,10 @@ mod tests {
     #[test]
     fn a_singular_system_is_none() {
         // Two bodies that are not told apart, with a spring that pushes them away.
-        let stiffness = 0.5 * REAL * REAL;
+        let stiffness = 0.5 * REAL_EIGENVALUE * REAL_EIGENVALUE;
         let row = [stiffness, stiffness, 0.0, 0.0];
         let jacobian = DMatrix::from_row_slice(2, 4, &[row, row].concat());
-        assert!(ReducedMatrices::new(REAL, &jacobian, 1.0).is_none());
+        assert!(ReducedMatrices::new(REAL_EIGENVALUE, &jacobian, 1.0).is_none());
         assert!(ReducedMatrices::new(PAIR, &jacobian, 1.0).is_some());
         assert!(Factors::new(&jacobian, 1.0).is_none());
         assert!(Factors::new(&jacobian, 0.5).is_some());

@@ -10,21 +10,24 @@
 
 use nalgebra::Complex;
 
-/// Stages of the method, the last of which is its end.
-pub(super) const STAGES: usize = 3;
+/// Stages of the method, the last of which is its end. [exact]
+pub(super) const RADAU_STAGES: usize = 3;
 
+/// `sqrt(6)`. [exact]
 const ROOT_6: f64 = 2.449_489_742_783_178;
 
-pub(super) const NODES: [f64; STAGES] = [(4.0 - ROOT_6) / 10.0, (4.0 + ROOT_6) / 10.0, 1.0];
+/// The nodes, roots of M. [exact]
+pub(super) const RADAU_NODES: [f64; RADAU_STAGES] =
+    [(4.0 - ROOT_6) / 10.0, (4.0 + ROOT_6) / 10.0, 1.0];
 
-/// The real eigenvalue of the inverse of the Butcher matrix.
-pub(super) const REAL: f64 = 3.637_834_252_744_496;
+/// The real eigenvalue of the inverse of the Butcher matrix. [exact]
+pub(super) const REAL_EIGENVALUE: f64 = 3.637_834_252_744_496;
 /// One of its two conjugate eigenvalues.
 pub(super) const PAIR: Complex<f64> =
     Complex::new(2.681_082_873_627_752_3, 3.050_430_199_247_410_5);
 
-/// T, from the modes of the inverse of the Butcher matrix to the stages.
-pub(super) const FROM_MODES: [[f64; STAGES]; STAGES] = [
+/// T, from the modes of the inverse of the Butcher matrix to the stages. [exact]
+pub(super) const FROM_MODES: [[f64; RADAU_STAGES]; RADAU_STAGES] = [
     [
         0.094_438_762_488_975_24,
         -0.141_255_295_020_954_2,
@@ -38,8 +41,8 @@ pub(super) const FROM_MODES: [[f64; STAGES]; STAGES] = [
     [1.0, 1.0, 0.0],
 ];
 
-/// The inverse of T.
-pub(super) const TO_MODES: [[f64; STAGES]; STAGES] = [
+/// The inverse of T. [exact]
+pub(super) const TO_MODES: [[f64; RADAU_STAGES]; RADAU_STAGES] = [
     [
         4.178_718_591_551_905,
         0.327_682_820_761_062_37,
@@ -57,9 +60,9 @@ pub(super) const TO_MODES: [[f64; STAGES]; STAGES] = [
     ],
 ];
 
-/// Weights of the increments in the error: with weight `h` of the rate at the start it is `1/g0` times the solution of order 3
-/// less that of order 5, where `1/g0` is the real eigenvalue.
-pub(super) const ERROR: [f64; STAGES] = [
+/// Weights of the increments in the error: with weight `h` of the rate at the start it is `1/g0` times the solution of order 3 less that of
+/// order 5, where `1/g0` is the real eigenvalue. [exact]
+pub(super) const RADAU_ERROR: [f64; RADAU_STAGES] = [
     (-13.0 - 7.0 * ROOT_6) / 3.0,
     (-13.0 + 7.0 * ROOT_6) / 3.0,
     -1.0 / 3.0,
@@ -67,7 +70,10 @@ pub(super) const ERROR: [f64; STAGES] = [
 
 /// A matrix of the method times three numbers.
 #[inline]
-pub(super) fn times(matrix: &[[f64; STAGES]; STAGES], x: [f64; STAGES]) -> [f64; STAGES] {
+pub(super) fn times(
+    matrix: &[[f64; RADAU_STAGES]; RADAU_STAGES],
+    x: [f64; RADAU_STAGES],
+) -> [f64; RADAU_STAGES] {
     matrix.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }
 
@@ -78,7 +84,7 @@ mod tests {
 
     /// The Butcher matrix: `sum_j a_ij c_j^(k-1) = c_i^k/k` for k = 1, 2, 3, solved.
     fn butcher() -> Matrix3<f64> {
-        let power = |k: i32| Vector3::from(NODES).map(|c| c.powi(k));
+        let power = |k: i32| Vector3::from(RADAU_NODES).map(|c| c.powi(k));
         let powers = Matrix3::from_columns(&[power(0), power(1), power(2)]);
         let integrals = Matrix3::from_columns(&[power(1), power(2) / 2.0, power(3) / 3.0]);
         integrals * powers.try_inverse().expect("distinct nodes")
@@ -105,11 +111,11 @@ mod tests {
             [(16.0 - r) / 36.0, (16.0 + r) / 36.0, 1.0 / 9.0],
         ]);
         assert!((butcher() - known).amax() < 1e-15);
-        for c in NODES {
+        for c in RADAU_NODES {
             assert!((((c - 1.8) * c + 0.9) * c - 0.1).abs() < 1e-16);
         }
         // The last row are the weights of a quadrature of order 5, which is that of the method with `C(3)` and `D(2)`.
-        let (b, c) = (butcher().row(2).into_owned(), Vector3::from(NODES));
+        let (b, c) = (butcher().row(2).into_owned(), Vector3::from(RADAU_NODES));
         for k in 1..=5 {
             let sum = (b * c.map(|c| c.powi(k - 1)))[0];
             assert!((sum - 1.0 / f64::from(k)).abs() < 1e-15, "{k}");
@@ -127,13 +133,13 @@ mod tests {
         let (t, back) = (matrix(&FROM_MODES), matrix(&TO_MODES));
         assert!((back * t - Matrix3::identity()).amax() < 1e-15);
         let block = matrix(&[
-            [REAL, 0.0, 0.0],
+            [REAL_EIGENVALUE, 0.0, 0.0],
             [0.0, PAIR.re, -PAIR.im],
             [0.0, PAIR.im, PAIR.re],
         ]);
         assert!((back * inverse * t - block).amax() < 1e-13);
         let (r3, r9) = (3.0_f64.cbrt(), 9.0_f64.cbrt());
-        assert!((REAL - (3.0 + r9 - r3)).abs() < 1e-15);
+        assert!((REAL_EIGENVALUE - (3.0 + r9 - r3)).abs() < 1e-15);
         let pair = Complex::new(3.0 + (r3 - r9) / 2.0, 0.75_f64.sqrt() * (r3 + r9));
         assert!((PAIR - pair).norm() < 1e-15);
     }
@@ -141,10 +147,10 @@ mod tests {
     #[test]
     fn the_error_is_that_of_an_embedded_formula_of_order_three() {
         // Weights of the rates at 0 and at the nodes in the embedded solution.
-        let b = butcher().row(2) + RowVector3::from(ERROR) / REAL * butcher();
+        let b = butcher().row(2) + RowVector3::from(RADAU_ERROR) / REAL_EIGENVALUE * butcher();
         for k in 1..=4 {
-            let first = if k == 1 { 1.0 / REAL } else { 0.0 };
-            let sum = first + (b * Vector3::from(NODES).map(|c| c.powi(k - 1)))[0];
+            let first = if k == 1 { 1.0 / REAL_EIGENVALUE } else { 0.0 };
+            let sum = first + (b * Vector3::from(RADAU_NODES).map(|c| c.powi(k - 1)))[0];
             assert_eq!((sum - 1.0 / f64::from(k)).abs() < 1e-15, k <= 3, "{k}");
         }
     }

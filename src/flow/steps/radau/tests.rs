@@ -5,19 +5,19 @@ use super::*;
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::dense_output::DenseOutput;
 use crate::flow::steps::dormand_prince::DormandPrince;
-use crate::flow::steps::radau::system::Counts;
+use crate::flow::steps::radau::system::NewtonCounts;
 use crate::model::Moment;
 use nalgebra::DMatrix;
 use std::cell::Cell;
 
 /// An acceleration, with the factor by which its Jacobian, by central differences, is given; or no Jacobian.
-struct Motion<F> {
+struct TestMotion<F> {
     acceleration: F,
     n: usize,
     jacobian: Option<f64>,
 }
 
-impl<F: Fn(f64, &[f64], &[f64], &mut [f64])> Dynamics for Motion<F> {
+impl<F: Fn(f64, &[f64], &[f64], &mut [f64])> Dynamics for TestMotion<F> {
     type Drive = f64;
 
     fn n_dof(&self) -> usize {
@@ -55,11 +55,11 @@ impl<F: Fn(f64, &[f64], &[f64], &mut [f64])> Dynamics for Motion<F> {
 }
 
 /// A motion of one degree of freedom.
-fn single<F>(a: F) -> Motion<impl Fn(f64, &[f64], &[f64], &mut [f64])>
+fn single<F>(a: F) -> TestMotion<impl Fn(f64, &[f64], &[f64], &mut [f64])>
 where
     F: Fn(f64, f64, f64) -> f64,
 {
-    Motion {
+    TestMotion {
         acceleration: move |t: f64, q: &[f64], v: &[f64], out: &mut [f64]| {
             out[0] = a(t, q[0], v[0]);
         },
@@ -192,7 +192,7 @@ fn defect<S: State>(
     let dense = radau.dense(motion, at, h).expect("a step");
     let len = at.x.slice().len();
     let (mut x, mut f, mut worst) = (S::zeros(len), S::zeros(len), 0.0_f64);
-    for node in NODES {
+    for node in RADAU_NODES {
         dense.state(node * h, x.slice_mut());
         rate(motion, motion.drive(at.at.after(node * h)), &x, &mut f).expect("a rate");
         for (i, f) in f.slice().iter().enumerate() {
@@ -277,7 +277,7 @@ fn large_steps_keep_to_a_slow_motion() {
 }
 
 #[test]
-fn what_is_infinitely_stiff_is_gone_after_a_step() {
+fn an_infinitely_stiff_part_decays_in_one_step() {
     // On a frequency w the growth is `-3/(i w h)`, as far as it is small.
     let motion = single(|_, q, _| -1e12 * q);
     let mut radau = stepper_at(&motion, &[1.0, 0.0], 1e-8);
@@ -295,7 +295,7 @@ fn what_is_infinitely_stiff_is_gone_after_a_step() {
 #[test]
 fn a_stiffness_of_1e12_beside_a_soft_motion_costs_nothing() {
     // Two pendulums that are tied together swing as one.
-    let tied = |c: f64| Motion {
+    let tied = |c: f64| TestMotion {
         acceleration: move |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
             let force = 1e12 * (q[0] - q[1]) + c * (v[0] - v[1]);
             a[0] = -force - q[0].sin() + 0.3 * t.cos();
@@ -336,7 +336,7 @@ fn a_stiffness_of_1e12_beside_a_soft_motion_costs_nothing() {
 #[test]
 fn a_given_jacobian_and_one_by_differences_lead_to_the_same() {
     let differenced = single(van_der_pol(30.0));
-    let given = Motion {
+    let given = TestMotion {
         jacobian: Some(1.0),
         ..single(van_der_pol(30.0))
     };
@@ -352,7 +352,7 @@ fn a_given_jacobian_and_one_by_differences_lead_to_the_same() {
 
 #[test]
 fn differences_are_counted_and_right_where_the_state_is_zero() {
-    let motion = Motion {
+    let motion = TestMotion {
         acceleration: |_: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
             a[0] = -5.0 * q[0] + 3.0 * v[1];
             a[1] = (1e3 * q[1]).sin() - 7.0 * v[0];
@@ -367,7 +367,7 @@ fn differences_are_counted_and_right_where_the_state_is_zero() {
         let error = (radau.system.jacobian() - exact).amax();
         assert!(error < 1e-3, "{error} {}", radau.system.jacobian());
         // The start, the differences, whole iterations, the end.
-        assert_eq!((radau.n_rhs() - 1 - 4 - 1) % STAGES, 0);
+        assert_eq!((radau.n_rhs() - 1 - 4 - 1) % RADAU_STAGES, 0);
     }
 }
 
@@ -377,7 +377,7 @@ fn a_wrong_jacobian_is_slow_or_fails_but_is_never_wrong() {
     let exact = radau_run(&right, &[2.0, 0.0], 1.0, 1e-9).0.x;
     let mut taken = 0;
     for factor in [-1.0, 0.0, 0.5, 2.0, 10.0, 100.0] {
-        let wrong = Motion {
+        let wrong = TestMotion {
             jacobian: Some(factor),
             ..single(van_der_pol(10.0))
         };
@@ -453,7 +453,7 @@ fn an_acceleration_that_is_no_number_ends_a_step() {
     ));
     assert_eq!(count, last);
     // Only at the start: the error says so.
-    let at_start = Motion {
+    let at_start = TestMotion {
         jacobian: Some(1.0),
         ..single(|t: f64, q: f64, _| if t == 0.0 { f64::NAN } else { -q })
     };
@@ -474,11 +474,15 @@ fn a_singular_system_ends_a_step() {
         }
         fn drive(&self, _: Moment) {}
         fn driven(&self, (): (), q: &[f64], _: &[f64], a: &mut [f64]) -> Result<()> {
-            a[0] = REAL * REAL * q[0];
+            a[0] = REAL_EIGENVALUE * REAL_EIGENVALUE * q[0];
             Ok(())
         }
         fn jacobian(&self, _: Moment, _: &[f64], _: &[f64]) -> Result<Option<DMatrix<f64>>> {
-            Ok(Some(DMatrix::from_row_slice(1, 2, &[REAL * REAL, 0.0])))
+            Ok(Some(DMatrix::from_row_slice(
+                1,
+                2,
+                &[REAL_EIGENVALUE * REAL_EIGENVALUE, 0.0],
+            )))
         }
     }
     let x = [1.0, 0.0];
@@ -491,7 +495,7 @@ fn a_singular_system_ends_a_step() {
     );
     // A shorter step is none the worse.
     assert!(try_step(&mut radau, &Singular, at, 0.01));
-    assert!((radau.end()[0] - (0.01 * REAL).cosh()).abs() < 1e-8);
+    assert!((radau.end()[0] - (0.01 * REAL_EIGENVALUE).cosh()).abs() < 1e-8);
     // With a Jacobian of a start before it is singular, too.
     radau.go_on();
     assert!(!try_step(&mut radau, &Singular, at, 1.0));
@@ -512,7 +516,7 @@ fn the_dense_output_goes_through_the_stages() {
     };
     assert_eq!(state(0.0), x);
     assert!(largest_difference(&state(h), radau.end()) < 1e-15);
-    for (k, node) in NODES.into_iter().enumerate() {
+    for (k, node) in RADAU_NODES.into_iter().enumerate() {
         let [q, v] = state(node * h);
         let z = radau.z[k];
         assert!(largest_difference(&[q, v], &[x[0] + z[0], x[1] + z[1]]) < 1e-15);
@@ -532,7 +536,7 @@ fn jacobian_and_factors_serve_for_many_steps() {
     let motion = single(|_, q, v| -q - 0.1 * v);
     let x = [1.0, 0.0];
     let mut radau = stepper_at(&motion, &x, 1e-8);
-    let counts = |jacobians, factorizations| Counts {
+    let counts = |jacobians, factorizations| NewtonCounts {
         jacobians,
         factorizations,
     };
@@ -550,7 +554,7 @@ fn jacobian_and_factors_serve_for_many_steps() {
     let motion = single(cubic_spring);
     let mut radau = stepper_at(&motion, &x, 1e-8);
     equal_steps(&mut radau, &motion, &x, 0.01, 100);
-    let Counts {
+    let NewtonCounts {
         jacobians,
         factorizations,
     } = radau.system.counts;
@@ -577,7 +581,7 @@ fn a_step_taken_again_is_the_step_taken_at_once() {
     // From the cubic of the step before, one that is nearly the same takes one or two iterations.
     let before = radau.n_rhs();
     assert!(try_step(&mut radau, &motion, at, 1.001e-5));
-    assert!(radau.n_rhs() - before <= 2 * STAGES + 1 + 2);
+    assert!(radau.n_rhs() - before <= 2 * RADAU_STAGES + 1 + 2);
     // A step back is one, too.
     let (end, back) = (*radau.end(), 1.001e-5);
     radau.go_on();
@@ -632,7 +636,7 @@ fn the_error_of_a_first_step_leaves_out_what_dies_at_once() {
 }
 
 #[test]
-fn a_spring_that_is_met_on_the_way_is_not_overlooked() {
+fn a_spring_that_is_met_within_a_step_is_not_overlooked() {
     // A mass flies, and the iteration converges at once; then it presses into a wall.
     let motion = single(|_, q: f64, _| if q > 1.0 { -1e6 * (q - 1.0) } else { 0.0 });
     let x = [0.0, 1.0];
@@ -696,7 +700,7 @@ fn a_throw_from_zero_back_to_zero_has_the_rounding_of_what_is_between() {
 
 #[test]
 fn a_coordinate_that_rests_beside_a_large_one_has_its_rounding() {
-    let motion = Motion {
+    let motion = TestMotion {
         acceleration: |_: f64, q: &[f64], _: &[f64], a: &mut [f64]| {
             (a[0], a[1]) = (q[0], q[0] * 0.1 + q[0] * 0.2 - q[0] * 0.3);
         },

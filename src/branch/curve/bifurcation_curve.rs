@@ -1,0 +1,172 @@
+//! `bifurcation_curve`: from a special point to the curve in the plane of two numbers on which it lies.
+
+use crate::branch::curve::condition::Condition;
+use crate::branch::curve::corrector::weighted;
+use crate::branch::curve::point::AcceptedCurvePoint;
+use crate::branch::curve::predictor::stepped_to;
+use crate::branch::curve::problem::{CurveProblem, TwoParameterLoop};
+use crate::branch::curve::result::{BifurcationCurve, CurvePoint};
+use crate::branch::curve::start::{CurveOf, begun};
+use crate::branch::curve::walk::walk;
+use crate::branch::half_branch::both_halves;
+use crate::branch::options::{ContinuationOptions, check_range};
+use crate::error::{Error, Result, digits};
+use crate::linalg::rank;
+use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::tolerance::ELSEWHERE_ON_CURVE;
+use std::ops::ControlFlow;
+
+/// Follows a special point of a branch over two numbers of its scene. Folds, period doublings, tori, pitchforks, grazes, impacts
+/// without speed and corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by
+/// arclength.
+///
+/// A curve of grazes shows the orbits that touch; one of corners those that hit both stops at once, or, where one is hit alone, those that
+/// reach the other there. It is followed wherever its equations go: whether its orbits keep the rules of contact is said by each.
+///
+/// # Errors
+/// A crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](crate::continuation), with
+/// a pair of numbers, of ranges and of values.
+///
+/// # References
+/// Theory section 20.
+///
+/// # Examples
+/// ```
+/// use std::ops::ControlFlow;
+/// use vibroimpact::{ContinuationOptions, CurveOf, OrbitOptions, Parameter, Pattern, SpecialKind, bifurcation_curve, continuation, periodic_orbits};
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
+/// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let force = Harmonic::new(dvector![7.0.into()], 2.4, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
+/// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
+/// let options = ContinuationOptions::default();
+/// let go_on = &mut |_| ControlFlow::Continue(());
+/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.5, 2.0), &options, go_on)?;
+/// let doubling = branch.special.iter().find(|own| own.kind == SpecialKind::PeriodDoubling).expect("one");
+/// let plane = [Parameter::Frequency, Parameter::Clearance];
+/// let curve = bifurcation_curve(CurveOf::Special(doubling), plane, [(2.1, 3.0), (0.5, 1.5)], &options, go_on)?;
+/// assert!(curve.x.len() > 10);
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn bifurcation_curve(
+    of: CurveOf<'_>,
+    parameters: [Parameter; 2],
+    between: [(f64, f64); 2],
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<BifurcationCurve> {
+    let scene = of.orbit().scene();
+    let mut start = [0.0; 2];
+    for (axis, parameter) in parameters.into_iter().enumerate() {
+        start[axis] = start_of(scene, parameter, "parameters")?;
+        for end in [between[axis].0, between[axis].1] {
+            let allowed = parameter.check(end);
+            allowed.map_err(|error| error.at(format_args!("between[{axis}]")))?;
+        }
+    }
+    if parameters[0] == parameters[1] {
+        let value = format!("\"{}\" twice", parameters[0]);
+        return Err(Error::bad_value("parameters", value, "they must be two"));
+    }
+    let make = |x: f64, y: f64| {
+        let scene = with_value(scene, parameters[0], x)?;
+        with_value(&scene, parameters[1], y)
+    };
+    bifurcation_curve_of(of, &make, start, between, options, observer)
+}
+
+/// The same over scenes of any kind, one for each pair of values; the orbit is that of a pair.
+///
+/// # Errors
+/// As [`bifurcation_curve`]; what `make` says, but for a pair that it refuses (`Error::BadValue`), where the curve ends.
+pub fn bifurcation_curve_of(
+    of: CurveOf<'_>,
+    make: &dyn Fn(f64, f64) -> Result<Scene>,
+    start: [f64; 2],
+    between: [(f64, f64); 2],
+    options: &ContinuationOptions,
+    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<BifurcationCurve> {
+    options.check()?;
+    for (axis, range) in between.into_iter().enumerate() {
+        check_range(&format!("between[{axis}]"), range, start[axis])?;
+    }
+    let (plane, iterate) = begun(of, make, start, between)?;
+    let open = plane.along(0, &iterate, |problem| problem.mismatch(&iterate.place))?;
+    if open > ELSEWHERE_ON_CURVE && plane.condition == Condition::Together && of.kind().is_some() {
+        let rule = format!(
+            "its stops are coupled: hit at one instant they give the motion another velocity than one after the other, and it does not close (by {})",
+            digits(open)
+        );
+        return Err(Error::bad_value("special", "a corner", rule));
+    }
+    if open > ELSEWHERE_ON_CURVE {
+        let rule = format!(
+            "the scene of ({}, {}) is not that of the orbit, which does not close in it (by {})",
+            digits(start[0]),
+            digits(start[1]),
+            digits(open)
+        );
+        return Err(Error::bad_value("start", "of another scene", rule));
+    }
+    let first = first_point(&plane, iterate)?;
+    let joined = both_halves(&first, options.heading, |sign| {
+        let mut first = first.clone();
+        first.found.tangent *= sign;
+        walk(&plane, &first, options, observer)
+    })?;
+    let special = joined.special.into_iter().map(|(own, sign)| CurvePoint {
+        arclength: sign * own.arclength,
+        ..own
+    });
+    let mut curve = BifurcationCurve {
+        kind: of.kind(),
+        orbits: Vec::new(),
+        x: Vec::new(),
+        y: Vec::new(),
+        arclength: Vec::new(),
+        is_virtual: Vec::new(),
+        special: special.collect(),
+        ends: joined.ends,
+    };
+    for (point, sign) in joined.points {
+        let iterate = &point.found.iterate;
+        curve.x.push(iterate.place.value);
+        curve.y.push(iterate.second);
+        curve.arclength.push(sign * point.arclength);
+        curve.is_virtual.push(point.is_virtual);
+        curve.orbits.push(point.orbit);
+    }
+    Ok(curve)
+}
+
+/// The point of the curve at the special point, its tangent towards larger first numbers.
+fn first_point(plane: &CurveProblem<'_>, iterate: TwoParameterLoop) -> Result<AcceptedCurvePoint> {
+    let at = plane.conditions(&iterate)?;
+    let (rows, columns) = at.matrix.shape();
+    if rows + 1 != columns {
+        let rule =
+            "a curve is of an orbit that hits stops at one instant, one such instant, two stops";
+        return Err(Error::bad_value("special", "an orbit", rule));
+    }
+    let start = [iterate.place.value, iterate.second];
+    let null = rank::weakest(&at.matrix, 1)?.column(0).into_owned();
+    let normal = weighted(&null);
+    let Ok(mut found) = plane.corrected(iterate, &normal)? else {
+        let rule = "the equations of its curve are singular at it: more than one thing happens there, and no curve begins";
+        return Err(Error::bad_value("special", digits(start[0]), rule));
+    };
+    // The numbers of a special point are known better than its orbit: the number that changes more along the curve keeps its value.
+    let numbers = found.tangent.rows(columns - 2, 2).abs();
+    let axis = numbers.imax();
+    if numbers[axis] > 0.0
+        && let Ok(there) = stepped_to(plane, &found, &found.tangent, 0.0, (axis, start[axis]))?
+    {
+        found = there;
+    }
+    if found.tangent[columns - 2] < 0.0 {
+        found.tangent.neg_mut();
+    }
+    AcceptedCurvePoint::at(plane, found, 0.0)
+}

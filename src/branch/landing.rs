@@ -1,0 +1,97 @@
+//! The motion beyond a landing border (theory 19, "Landing"): after an impact with e = 0 the stop is held for a while where it was left at
+//! once, or left for a while where it was held at once.
+
+use crate::branch::parametric_loop::ParametricLoop;
+use crate::branch::problem::BranchProblem;
+use crate::branch::shooting_nodes::{ShootingNode, rebuilt};
+use crate::error::Result;
+use crate::hybrid::held_through;
+use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::tolerance::LANDING_RATE_STEP;
+use nalgebra::DMatrix;
+
+/// A loop in which a stop that was left after an impact near a time is held until its force is zero, or one that was held is left until it
+/// is landed on again. None where its acceleration asks for neither, or the landing throws the motion off another stop.
+pub(super) fn with_landing_change<'a>(
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
+    (stop, time): (usize, f64),
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    let state = &place.state;
+    let Some(k) = problem.instant_of(place, (stop, state.times[0] + time)) else {
+        return Ok(None);
+    };
+    let mut instants = problem.instants(state);
+    let (own, end) = (instants[k].clone(), state.times[k + 1]);
+    let was_held = own.stage.held.contains(&stop);
+    let without = own.stage.held_but(stop);
+    let mut held = without.clone();
+    held.push(stop);
+    held.sort_unstable();
+    // The stops held at first beyond the border, and those held after that.
+    let (begins, goes_on) = if was_held {
+        (without.clone(), held.clone())
+    } else {
+        (held.clone(), without.clone())
+    };
+    instants[k].stage.held.clone_from(&begins);
+    let mut signature = problem.signature.clone();
+    signature.stages[k].held.clone_from(&begins);
+    signature.stages.push(ContactStage {
+        event: Event::Release(stop),
+        held: goes_on.clone(),
+    });
+    let scene = problem.scene(place.value)?;
+    let found = with_shooting(&scene, &signature, |shooting, _| {
+        let motion = shooting.motion;
+        // The acceleration with which the stop would be left after it was held until a time.
+        let pull = |t: f64| -> Result<f64> {
+            let mut x = own.state.clone();
+            let none = &mut DMatrix::zeros(x.len(), 0);
+            motion.flow(&held, (own.time, t), &mut x, none)?;
+            let rate = motion.rate(&without, t, &x)?;
+            motion.gap_acceleration(stop, t, &x, &rate)
+        };
+        let step = LANDING_RATE_STEP * (end - own.time);
+        let opening = pull(own.time)?;
+        let rate = (pull(own.time + step)? - opening) / step;
+        // It is held until that acceleration is zero; or left until the gap, which goes by its integrals, is zero again.
+        let length = if was_held { -3.0 } else { -1.0 } * opening / rate;
+        let asks = if was_held {
+            opening > 0.0
+        } else {
+            opening < 0.0
+        };
+        if !(asks && length > 0.0 && own.time + length < end) {
+            return Ok(None);
+        }
+        let until = own.time + length;
+        let mut x = own.state.clone();
+        let none = &mut DMatrix::zeros(x.len(), 0);
+        motion.flow(&begins, (own.time, until), &mut x, none)?;
+        let event = if was_held {
+            let law = held_through(motion, (stop, &begins), until, &x)?;
+            if !law.thrown.is_empty() {
+                return Ok(None);
+            }
+            motion.impact(&law.struck, until, &mut x, none)?;
+            Event::Strike(law.struck)
+        } else {
+            Event::Release(stop)
+        };
+        Ok(Some(ShootingNode {
+            stage: ContactStage {
+                event,
+                held: goes_on.clone(),
+            },
+            time: until,
+            start: until,
+            state: x,
+        }))
+    })?;
+    let Some(new) = found else {
+        return Ok(None);
+    };
+    instants.insert(k + 1, new);
+    rebuilt(problem, place, instants)
+}

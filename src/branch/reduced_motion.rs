@@ -1,0 +1,212 @@
+//! The reduced motion at a border: without the stick or the flight whose duration is zero there; and the border, located on that motion,
+//! where nothing is singular (theory 19, "Landing", "Rise"). Values are of the parameter, in its unit.
+
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
+use crate::branch::predictor::{StepTarget, step_to};
+use crate::branch::problem::BranchProblem;
+use crate::branch::release_onset::release_onset;
+use crate::branch::shooting_nodes::{ShootingNode, as_loop, period, rebuilt, turned};
+use crate::branch::simulated::simulated;
+use crate::error::Result;
+use crate::orbit::{ContactStage, Event, PeriodicOrbit};
+use crate::tolerance::{
+    BEYOND_BOUNDARY_DISTANCE, BORDER_REACH, BORDER_SECANT_STEP, ZERO_PARAMETER_CHANGE,
+};
+use std::f64::consts::TAU;
+
+/// Secants of a search for a border. `[work]`
+const MOST_BORDER_SECANTS: usize = 20;
+
+/// A border that is located, its error, and the reduced motion there.
+pub(super) struct LocatedBorder {
+    pub value: f64,
+    pub error: f64,
+    pub orbit: PeriodicOrbit,
+}
+
+/// How many releases there are, and how many impacts, which are not counted if some accumulate.
+fn n_changes(stages: &[ContactStage]) -> (usize, usize) {
+    let is_release = |stage: &&ContactStage| matches!(stage.event, Event::Release(_));
+    let is_chatter = |stage: &ContactStage| matches!(stage.event, Event::Chatter(_));
+    let n_releases = stages.iter().filter(is_release).count();
+    let n_impacts = if stages.iter().any(is_chatter) {
+        0
+    } else {
+        stages.len() - n_releases
+    };
+    (n_releases, n_impacts)
+}
+
+/// The motion near a loop without the stick or the flight that begins at an instant, and its problem; none where there is no such motion.
+pub(super) fn reduced_motion<'a>(
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
+    instant: usize,
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    if let Some((rest, at)) = without(problem, place, instant)? {
+        let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
+        if let Ok(settled) = rest.corrected(at, &by_value)? {
+            return Ok(Some((rest, settled.place)));
+        }
+    }
+    reduced_by_simulation(problem, place)
+}
+
+/// The guess of the reduced motion: a stop that is held for no time is left at once, one that is left for no time stays held.
+fn without<'a>(
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
+    instant: usize,
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    let mut instants = turned(
+        problem.instants(&place.state),
+        instant,
+        period(&place.state),
+    );
+    let Some(next) = instants.get(1).map(|own| own.stage.clone()) else {
+        return Ok(None);
+    };
+    match (instants[0].stage.event.clone(), next.event) {
+        (Event::Strike(_), Event::Release(stop)) => {
+            instants[0].stage.held.retain(|own| *own != stop);
+            instants.remove(1);
+        }
+        (Event::Strike(_), Event::Strike(_)) => {
+            instants[0].stage.held = next.held;
+            instants.remove(1);
+        }
+        (Event::Release(stop), _) => {
+            let is_back = |own: &ShootingNode| own.stage.held.contains(&stop);
+            let Some(back) = instants.iter().position(is_back) else {
+                return Ok(None);
+            };
+            let landed = instants[back].clone();
+            instants.drain(..=back);
+            if instants.is_empty() {
+                // The stop is held for the whole period, from where the motion had come to rest.
+                let mut always = landed;
+                always.time = always.start;
+                always.stage.event = Event::Nothing;
+                return as_loop(problem, place, vec![always]);
+            }
+        }
+        _ => return Ok(None),
+    }
+    rebuilt(problem, place, instants)
+}
+
+/// A reduced motion by simulation: near the border, on one side or the other, a round of the motion is simulated and closed; it counts if
+/// it has fewer instants.
+fn reduced_by_simulation<'a>(
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    for side in [1.0, -1.0] {
+        let value = place.value + side * BEYOND_BOUNDARY_DISTANCE * problem.span();
+        if let Some((rest, at)) = simulated(problem, place, value, 0)?
+            && n_changes(&rest.signature.stages) < n_changes(&problem.signature.stages)
+        {
+            let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
+            if let Ok(settled) = rest.corrected(at, &by_value)? {
+                return Ok(Some((rest, settled.place)));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// The border at which the stick or the flight that begins at an instant has no duration left: on the reduced motion a stop is neither left
+/// nor pressed onto there, after the impact or where its contact force is least.
+pub(super) fn border(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    instant: usize,
+) -> Result<Option<LocatedBorder>> {
+    let time = place.state.times[instant];
+    // In the reduced motion times may count from another instant, and by whole periods of the forcing from another round.
+    let angle = problem.phase + time / place.clock;
+    let times = |rest: &BranchProblem<'_>, there: &ParametricLoop| -> Vec<f64> {
+        let late = there.state.times[0] / there.clock + rest.phase;
+        let first = (angle - late).rem_euclid(TAU);
+        let rounds = 0..rest.signature.n_periods;
+        let each = rounds.map(|k| (first + TAU * k as f64) * there.clock);
+        each.collect()
+    };
+    match &problem.signature.stages[instant].event {
+        Event::Strike(stops) => {
+            let stop = stops[0];
+            zero_without(problem, (place, instant), &|rest, there| {
+                let first = there.state.times[0];
+                let each = times(rest, there).into_iter().map(|t| {
+                    let instant = rest.instant_of(there, (stop, first + t));
+                    instant.map(|k| rest.opening(there, k)).transpose()
+                });
+                Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
+            })
+        }
+        Event::Release(stop) => zero_without(problem, (place, instant), &|rest, there| {
+            let each = times(rest, there).into_iter().map(|t| {
+                let pull = release_onset(rest, there, (*stop, t))?;
+                Ok(pull.map(|pull| pull.most))
+            });
+            Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
+        }),
+        _ => Ok(None),
+    }
+}
+
+fn nearest_to_zero(all: Vec<Option<f64>>) -> Option<f64> {
+    let known = all.into_iter().flatten();
+    known.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+}
+
+/// A test function of a loop: none where it is not defined.
+type BorderFunction<'a> = &'a dyn Fn(&BranchProblem<'_>, &ParametricLoop) -> Result<Option<f64>>;
+
+/// Where a test function of the reduced motion is zero, by secants over the parameter.
+fn zero_without(
+    problem: &BranchProblem<'_>,
+    (place, instant): (&ParametricLoop, usize),
+    of: BorderFunction<'_>,
+) -> Result<Option<LocatedBorder>> {
+    let Some((rest, at)) = reduced_motion(problem, place, instant)? else {
+        return Ok(None);
+    };
+    let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
+    let Ok(settled) = rest.corrected(at, &by_value)? else {
+        return Ok(None);
+    };
+    let base = (&settled.place, &settled.equations, &settled.tangent);
+    let number = |value: f64| -> Result<Option<f64>> {
+        match step_to(&rest, base, StepTarget::Value(value))? {
+            Ok(there) => of(&rest, &there.place),
+            Err(_) => Ok(None),
+        }
+    };
+    let span = problem.span();
+    let (mut before, mut value) = (place.value, place.value + BORDER_SECANT_STEP * span);
+    let Some(mut at_before) = number(before)? else {
+        return Ok(None);
+    };
+    for _ in 0..MOST_BORDER_SECANTS {
+        let Some(own) = number(value)? else {
+            return Ok(None);
+        };
+        let by = own * (value - before) / (own - at_before);
+        (before, at_before, value) = (value, own, value - by);
+        if !by.is_finite() || (value - place.value).abs() > BORDER_REACH * span {
+            return Ok(None);
+        }
+        if by.abs() <= ZERO_PARAMETER_CHANGE * span {
+            let Ok(there) = step_to(&rest, base, StepTarget::Value(value))? else {
+                return Ok(None);
+            };
+            return Ok(Some(LocatedBorder {
+                value,
+                error: by.abs().max(f64::EPSILON * span),
+                orbit: rest.orbit(&there.place)?,
+            }));
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,220 @@
+//! The onset of a release within lasting contact (theory 19, "Rise"): where the contact force comes to zero and would pull, the stop is let
+//! go and landed on again a little later. Times in \[s\], accelerations in \[m/s^2\].
+
+use crate::branch::parametric_loop::ParametricLoop;
+use crate::branch::problem::BranchProblem;
+use crate::branch::shooting_nodes::{ShootingNode, begun_with_strike, period};
+use crate::error::Result;
+use crate::hybrid::held_through;
+use crate::model::contacts;
+use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::tolerance::{ONSET_CURVATURE_STEP, RELEASE_ONSET_WINDOW, SAME_ROUND};
+use nalgebra::{DMatrix, DVector};
+
+/// Parts in which a span of time is searched for the largest acceleration. `[work]`
+const ONSET_SAMPLES: usize = 32;
+/// Narrowings of the span to the two parts beside the largest. `[work]`
+const ONSET_NARROWINGS: usize = 8;
+
+/// Where the contact force of a held stop is least: where the motion would leave it first.
+pub(super) struct ReleaseOnset {
+    /// The instant from which the stop is held.
+    instant: usize,
+    time: f64,
+    /// The acceleration with which the stop would be left \[m/s^2\], above zero where the contact would pull.
+    pub most: f64,
+    /// Minus the second derivative of that over time \[m/s^4\].
+    bend: f64,
+}
+
+/// The onset of a release of a held stop near a time; none where the stop is not held.
+pub(super) fn release_onset(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    (stop, time): (usize, f64),
+) -> Result<Option<ReleaseOnset>> {
+    let state = &place.state;
+    let instants = problem.instants(state);
+    let count = instants.len();
+    let mut about = state.times[0] + time.rem_euclid(period(state));
+    let Some(mut instant) = instants.iter().rposition(|own| own.start <= about) else {
+        return Ok(None);
+    };
+    // A time at the end of a contact may be found to be in the flight that follows.
+    let late = about - instants[instant].start;
+    if !instants[instant].stage.held.contains(&stop) && late <= SAME_ROUND * period(state) {
+        instant = (instant + count - 1) % count;
+        about = state.times[instant + 1];
+    }
+    let (from, end) = (&instants[instant], state.times[instant + 1]);
+    if !from.stage.held.contains(&stop) {
+        return Ok(None);
+    }
+    let without = from.stage.held_but(stop);
+    // The ends of the contact count where another stop's impact makes them. At the landing on this stop the border is another one, and at
+    // its release the force is zero.
+    let is_release =
+        matches!(&instants[(instant + 1) % count].stage.event, Event::Release(own) if *own == stop);
+    let was_held = instants[(instant + count - 1) % count]
+        .stage
+        .held
+        .contains(&stop);
+    let parts = usize::from(!was_held)..ONSET_SAMPLES + usize::from(!is_release);
+    let scene = problem.scene(place.value)?;
+    let mut signature = problem.signature.clone();
+    signature.stages.push(ContactStage {
+        event: Event::Release(stop),
+        held: without.clone(),
+    });
+    with_shooting(&scene, &signature, |shooting, _| {
+        let pull = |t: f64| -> Result<f64> {
+            let mut x = from.state.clone();
+            let none = &mut DMatrix::zeros(x.len(), 0);
+            let held = &from.stage.held;
+            shooting.motion.flow(held, (from.start, t), &mut x, none)?;
+            let rate = shooting.motion.rate(&without, t, &x)?;
+            shooting.motion.gap_acceleration(stop, t, &x, &rate)
+        };
+        let half = RELEASE_ONSET_WINDOW * (end - from.start);
+        let (mut low, mut high) = ((about - half).max(from.start), (about + half).min(end));
+        let mut top = (about, f64::NEG_INFINITY);
+        for _ in 0..ONSET_NARROWINGS {
+            let step = (high - low) / ONSET_SAMPLES as f64;
+            for i in parts.clone() {
+                let t = low + step * i as f64;
+                let own = pull(t)?;
+                if own > top.1 {
+                    top = (t, own);
+                }
+            }
+            (low, high) = ((top.0 - step).max(from.start), (top.0 + step).min(end));
+        }
+        let (time, most) = top;
+        // The second difference over a part of the contact that is long enough for rounding.
+        let step = ONSET_CURVATURE_STEP * (end - from.start);
+        let bend = (2.0 * most - pull(time - step)? - pull(time + step)?) / (step * step);
+        Ok(Some(ReleaseOnset {
+            instant,
+            time,
+            most,
+            bend,
+        }))
+    })
+}
+
+/// A loop in which nothing happens, begun half a period before a time.
+fn begun_before(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    time: f64,
+) -> Result<ParametricLoop> {
+    let whole = period(&place.state);
+    let mut state = place.state.clone();
+    let begin = state.times[0];
+    let late = (time - 0.5 * whole).rem_euclid(whole);
+    let scene = problem.scene(place.value)?;
+    with_shooting(&scene, &problem.signature, |shooting, _| {
+        let x = &mut state.states[0];
+        let none = &mut DMatrix::zeros(x.len(), 0);
+        let held = &problem.signature.stages[0].held;
+        shooting.motion.flow(held, (begin, begin + late), x, none)
+    })?;
+    state.times = vec![begin + late, begin + late + whole];
+    state.starts = vec![begin + late];
+    problem.place(&scene, place.value, state)
+}
+
+/// A loop in which a stop is let go near a time, where its contact would pull, and landed on again after three times as long as it had
+/// risen. None where it would not pull, where a stop with restitution is held beside others, or where the landing throws the motion off
+/// another stop.
+pub(super) fn with_flight<'a>(
+    problem: &BranchProblem<'a>,
+    place: &ParametricLoop,
+    (stop, time): (usize, f64),
+) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
+    // A motion in lasting contact all period long has no first instant: it begins half a period before.
+    let turned = if problem.is_empty() {
+        Some(begun_before(problem, place, time)?)
+    } else {
+        None
+    };
+    let (place, time) = turned
+        .as_ref()
+        .map_or((place, time), |there| (there, 0.5 * period(&there.state)));
+    let Some(pull) = release_onset(problem, place, (stop, time))? else {
+        return Ok(None);
+    };
+    let state = &place.state;
+    let mut instants = problem.instants(state);
+    let (from, end) = (
+        instants[pull.instant].clone(),
+        state.times[pull.instant + 1],
+    );
+    let scene = problem.scene(place.value)?;
+    let restitution = contacts(&scene)[stop].restitution;
+    let without = from.stage.held_but(stop);
+    let is_alone = restitution == 0.0 || without.is_empty();
+    if !(pull.most > 0.0 && pull.bend > 0.0 && is_alone) {
+        return Ok(None);
+    }
+    let quarter = (2.0 * pull.most / pull.bend).sqrt();
+    let (left, back) = (pull.time - quarter, pull.time + 3.0 * quarter);
+    // The impacts that accumulate after the landing take 4/3 e/(1 - e) times as long.
+    let rest = 4.0 / 3.0 * quarter * restitution / (1.0 - restitution);
+    if !(from.start < left && back + rest < end) {
+        return Ok(None);
+    }
+    let held_at = |t: f64| -> Result<DVector<f64>> {
+        let mut x = from.state.clone();
+        with_shooting(&scene, &problem.signature, |shooting, _| {
+            let none = &mut DMatrix::zeros(x.len(), 0);
+            let held = &from.stage.held;
+            shooting.motion.flow(held, (from.start, t), &mut x, none)
+        })?;
+        Ok(x)
+    };
+    let landing = if restitution > 0.0 {
+        Event::Chatter(stop)
+    } else {
+        let landed = held_at(back)?;
+        let law = with_shooting(&scene, &problem.signature, |shooting, _| {
+            held_through(shooting.motion, (stop, &without), back, &landed)
+        })?;
+        if !law.thrown.is_empty() {
+            return Ok(None);
+        }
+        Event::Strike(law.struck)
+    };
+    let instant =
+        |(event, held): (Event, &[usize]), (time, start): (f64, f64)| -> Result<ShootingNode> {
+            Ok(ShootingNode {
+                stage: ContactStage {
+                    event,
+                    held: held.to_vec(),
+                },
+                time,
+                start,
+                state: held_at(start)?,
+            })
+        };
+    let both = [
+        instant((Event::Release(stop), &without), (left, left))?,
+        instant((landing, &from.stage.held), (back, back + rest))?,
+    ];
+    let instants = if problem.is_empty() {
+        // The motion was in lasting contact all period long: the period begins with the landing now.
+        begun_with_strike(both.to_vec(), period(state)).unwrap_or_default()
+    } else {
+        let next = pull.instant + 1;
+        instants.splice(next..next, both);
+        instants
+    };
+    if instants.is_empty() {
+        // A period cannot begin with impacts that accumulate.
+        return Ok(None);
+    }
+    let length = (period(state), problem.signature.n_periods);
+    problem
+        .with_instants(place.value, instants, length)
+        .map(Some)
+}

@@ -1,0 +1,57 @@
+//! Test functions of a branch, which change their signs at bifurcations (theory 19).
+
+use crate::branch::equations::BasePoint;
+use crate::branch::multipliers::n_outside;
+use crate::branch::problem::BranchProblem;
+use crate::error::Result;
+use crate::orbit::PeriodicOrbit;
+
+/// The values of all test functions at a point of a branch \[-\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TestFunctionValues {
+    /// The part of the tangent in the parameter: it changes its sign at a fold.
+    pub fold: f64,
+    /// It changes its sign where a multiplier passes through -1; for loops of half a period, a multiplier of that.
+    pub doubling: f64,
+    /// It changes its sign where another branch is crossed.
+    pub crossing: f64,
+    /// How many multipliers lie outside the unit circle; not counted where the energy is kept, as no torus is looked for there.
+    pub outside: Option<usize>,
+}
+
+impl TestFunctionValues {
+    /// The values for the tangent times a sign.
+    pub fn along(self, sign: f64) -> Self {
+        Self {
+            fold: self.fold * sign,
+            crossing: self.crossing * sign,
+            ..self
+        }
+    }
+
+    /// The values at a point and its orbit.
+    pub fn at(
+        problem: &BranchProblem<'_>,
+        (place, equations, tangent): BasePoint<'_>,
+        orbit: &PeriodicOrbit,
+    ) -> Result<Self> {
+        let is_alone = orbit.scene().n_dof() == 1;
+        Ok(Self {
+            fold: tangent.value_part,
+            // The multipliers of one coordinate that keeps its energy are both 1.
+            doubling: if is_alone && problem.energetics.is_some() {
+                1.0
+            } else {
+                problem.multiplier_test((place, Some(equations)), -1.0)?
+            },
+            crossing: equations.crossing(tangent),
+            outside: if problem.energetics.is_some() {
+                None
+            } else if problem.has_pulses {
+                problem.n_outside_of_pulses(place)
+            } else {
+                n_outside(orbit, false)?
+            },
+        })
+    }
+}
