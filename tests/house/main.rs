@@ -1,5 +1,6 @@
-//! What holds of the files themselves: where imports point, what comments cite, what names say.
+//! What holds of the files themselves: where imports point, what names say, what comments and documents cite.
 
+mod documents;
 mod layers;
 mod names;
 mod sources;

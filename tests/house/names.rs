@@ -124,6 +124,21 @@ fn declared(text: &str) -> Vec<Declared> {
                 if is_enum && line.ends_with('{') {
                     open.push((indent + 4, false));
                 }
+                // A variant with its fields in one line.
+                let inside = rest
+                    .split_once("{ ")
+                    .and_then(|(_, all)| all.split_once(" }"));
+                let fields = inside.into_iter().flat_map(|(all, _)| all.split(", "));
+                for (name, of) in fields.filter_map(|field| field.split_once(": ")) {
+                    found.push(Declared {
+                        kind: Kind::Field,
+                        name: name.to_owned(),
+                        is_shown: false,
+                        indent: indent + 4,
+                        rest: of.to_owned(),
+                        docs: docs.clone(),
+                    });
+                }
             }
         }
         docs.clear();
@@ -182,25 +197,24 @@ fn a_type_has_a_name_of_its_own() {
     );
 }
 
-#[test]
-fn names_are_words_of_the_field() {
+/// Names with a word of no textbook, those of files among them.
+fn private(files: &[(String, String)]) -> Vec<String> {
     let mut found = Vec::new();
-    for (path, text) in sources() {
-        let module = path
-            .trim_end_matches(".rs")
-            .rsplit('/')
-            .next()
-            .expect("a name");
-        let names = declared(&text).into_iter().map(|own| own.name);
-        for name in names.chain([module.to_owned()]) {
-            if words(&name)
-                .iter()
-                .any(|word| PRIVATE_WORDS.contains(&word.as_str()))
-            {
+    for (path, text) in files {
+        let module = path.trim_end_matches(".rs").rsplit('/').next();
+        let names = declared(text).into_iter().map(|own| own.name);
+        for name in names.chain(module.map(str::to_owned)) {
+            if (words(&name).iter()).any(|word| PRIVATE_WORDS.contains(&word.as_str())) {
                 found.push(format!("{name} ({path})"));
             }
         }
     }
+    found
+}
+
+#[test]
+fn names_are_words_of_the_field() {
+    let found = private(&sources());
     assert!(
         found.is_empty(),
         "{} names are of no textbook:\n{}",
@@ -245,25 +259,29 @@ fn what_decides_an_outcome_stands_among_the_tolerances() {
     );
 }
 
-#[test]
-fn a_constant_has_one_value() {
+/// Names of constants with several values.
+fn ambiguous(files: &[(String, String)]) -> Vec<String> {
     let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for (_, text) in sources() {
-        for own in declared(&text) {
-            let is_free = own.kind == Kind::Constant && own.indent == 0;
-            if let Some((_, value)) = own.rest.split_once(" = ").filter(|_| is_free) {
-                values.entry(own.name).or_default().insert(value.to_owned());
-            }
+    for own in files.iter().flat_map(|(_, text)| declared(text)) {
+        let is_free = own.kind == Kind::Constant && own.indent == 0;
+        if let Some((_, value)) = own.rest.split_once(" = ").filter(|_| is_free) {
+            values.entry(own.name).or_default().insert(value.to_owned());
         }
     }
-    let twice: Vec<_> = values
-        .iter()
-        .filter(|(_, values)| values.len() > 1)
-        .collect();
+    let twice = values.into_iter().filter(|(_, values)| values.len() > 1);
+    twice
+        .map(|(name, values)| format!("{name}: {values:?}"))
+        .collect()
+}
+
+#[test]
+fn a_constant_has_one_value() {
+    let found = ambiguous(&sources());
     assert!(
-        twice.is_empty(),
-        "{} names have several values: {twice:#?}",
-        twice.len()
+        found.is_empty(),
+        "{} names have several values:\n{}",
+        found.len(),
+        found.join("\n")
     );
 }
 
@@ -295,4 +313,42 @@ fn an_array_has_a_shape_and_a_unit() {
         found.len(),
         found.join("\n")
     );
+}
+
+#[test]
+fn what_is_forbidden_would_be_seen() {
+    let file = |path: &str, text: &str| (path.to_owned(), text.to_owned());
+    let files = [
+        file(
+            "a.rs",
+            "/// One.\npub struct Twice {\n    pub q: DVector<f64>,\n    v: DVector<f64>,\n}\n\n/// Odd.\nconst SIZE: f64 = 1.0;\n",
+        ),
+        file(
+            "b/leg.rs",
+            "enum Twice {\n    WayOut,\n    Watched { spot: f64 },\n}\n\n/// A bound. [work]\nconst SIZE: f64 = 2.0;\n",
+        ),
+        file(
+            "python/c.rs",
+            "struct Twice;\n\n#[cfg(test)]\nmod tests {\n    struct Leg;\n}\n",
+        ),
+        file(
+            "tolerance.rs",
+            "/// Fine.\npub(crate) const OTHER: f64 = 1.0;\n",
+        ),
+    ];
+    let [one, other] = ["a.rs", "b/leg.rs"];
+    assert_eq!(
+        doubled(&files),
+        [format!(
+            "Twice: {:?}",
+            BTreeSet::from([one, other, "python/c.rs"])
+        )]
+    );
+    assert_eq!(
+        private(&files),
+        ["WayOut (b/leg.rs)", "spot (b/leg.rs)", "leg (b/leg.rs)"]
+    );
+    assert_eq!(unmarked(&files), ["SIZE (a.rs)"]);
+    assert_eq!(ambiguous(&files), ["SIZE: {\"1.0;\", \"2.0;\"}"]);
+    assert_eq!(shapeless(&files), ["q (a.rs)"]);
 }

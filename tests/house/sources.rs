@@ -5,25 +5,30 @@ use std::path::{Path, PathBuf};
 
 /// The Rust files of `src`, by their paths in it, with their texts.
 pub fn sources() -> Vec<(String, String)> {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    files_of("src", "rs")
+}
+
+/// The files of a folder of the repository and of the folders in it that have an ending, by their paths in it, with their texts.
+pub fn files_of(folder: &str, ending: &str) -> Vec<(String, String)> {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
-    rust_files(&src, &mut files);
+    collect(&src, ending, &mut files);
     assert!(files.len() > 20);
     files.sort();
     let read = |file: PathBuf| {
-        let inside = file.strip_prefix(&src).expect("below src");
+        let inside = file.strip_prefix(&src).expect("below the folder");
         let path = inside.to_string_lossy().replace('\\', "/");
         (path, fs::read_to_string(&file).expect("readable"))
     };
     files.into_iter().map(read).collect()
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("src is there") {
+fn collect(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of the repository") {
         let path = entry.expect("readable").path();
         if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
+            collect(&path, ending, found);
+        } else if path.extension().is_some_and(|e| e == ending) {
             found.push(path);
         }
     }
