@@ -624,8 +624,8 @@ pub(crate) const HIT_TOGETHER_GAP: f64 = 1e-9;
 /// Growth of scaled deviations along a flight of a nonlinear system beyond which the flight is cut in two [-]: a step of a difference, 1e-3
 /// of the motion at most, then stays a hundredth of it.
 pub(crate) const FLIGHT_CUT_GROWTH: f64 = 10.0;
-/// Halvings of the line between two sets of numbers along which an orbit is followed; on the shortest part the orbit that is found counts as
-/// the same however far off it is. No other reason for it is known than that it is tried before continuation, which is slower.
+/// Halvings of the line between two sets of numbers along which an orbit is followed by Newton's method. Where it is still far from the orbit
+/// that is found on the shortest part, continuation decides, which is slower.
 pub(crate) const FOLLOWING_HALVINGS: usize = 6;
 /// The phase [rad] by which an impact of an orbit that is followed may move over one part of the line between two sets of numbers: less than
 /// a twelfth of a turn, so that impacts of one stop are not taken for each other. No finer reason is known.

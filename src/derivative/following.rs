@@ -54,7 +54,8 @@ fn by_halves(
 ) -> Result<PeriodicOrbit> {
     let found = find_orbit_observed(&at(to)?, orbit, None, observer);
     match found {
-        Ok(found) if halvings == 0 || is_near(orbit, &found) => return Ok(found),
+        Ok(found) if is_near(orbit, &found) => return Ok(found),
+        Ok(_) if halvings == 0 => return Err(another_orbit()),
         Ok(_) => {}
         Err(Error::NoConvergence { .. }) if halvings > 0 => {}
         Err(error) => return Err(error),
@@ -62,6 +63,15 @@ fn by_halves(
     let middle = 0.5 * (from + to);
     let half = by_halves(orbit, at, [from, middle], halvings - 1, observer)?;
     by_halves(&half, at, [middle, to], halvings - 1, observer)
+}
+
+/// What fails where Newton's method comes to an orbit that the followed one is not shown to become.
+fn another_orbit() -> Error {
+    Error::NoConvergence {
+        stage: "Newton's method to the orbit that is followed to other numbers, which comes to one far from it,",
+        iterations: FOLLOWING_HALVINGS,
+        residual: f64::NAN,
+    }
 }
 
 /// Whether an orbit may be another one in a scene nearby.
