@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::dynamics::Dynamics;
-use crate::model::input::{ByInput, Driven, Input, NoInput};
+use crate::model::input::{Driven, Input, NoInput};
 use crate::model::linear::{Coefficient, LinearSystem};
 use crate::model::moment::Moment;
 use nalgebra::{DMatrix, DVector};
@@ -51,15 +51,58 @@ impl OverMass for DVector<f64> {
     }
 }
 
+/// What resists a velocity: `M^-1 C`, nothing, or either.
+pub(crate) trait Damping {
+    /// Subtracts its force over the mass from a.
+    fn resist(&self, v: &[f64], a: &mut [f64]);
+}
+
+/// Nothing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Undamped;
+
+impl Damping for Undamped {
+    #[inline]
+    fn resist(&self, _v: &[f64], _a: &mut [f64]) {}
+}
+
+impl<O: OverMass> Damping for O {
+    #[allow(
+        clippy::inline_always,
+        reason = "the loops are written out where the caller's state is an array"
+    )]
+    #[inline(always)]
+    fn resist(&self, v: &[f64], a: &mut [f64]) {
+        self.subtract(v, a);
+    }
+}
+
+impl<O: OverMass> Damping for Option<O> {
+    #[inline]
+    fn resist(&self, v: &[f64], a: &mut [f64]) {
+        if let Some(damping) = self {
+            damping.subtract(v, a);
+        }
+    }
+}
+
 /// A linear system in motion, over its mass.
 #[derive(Debug, Clone)]
-pub(crate) struct LinearMotion<O, I> {
+pub(crate) struct LinearMotion<O, C, I> {
     stiffness: O,
-    damping: Option<O>,
+    damping: C,
     input: I,
 }
 
-impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
+/// A linear motion by what it has.
+pub(crate) enum ByParts<O> {
+    Free(LinearMotion<O, Undamped, NoInput>),
+    Driven(LinearMotion<O, Undamped, Driven>),
+    Damped(LinearMotion<O, O, NoInput>),
+    DampedDriven(LinearMotion<O, O, Driven>),
+}
+
+impl<O: OverMass, C: Damping, I: Input> Dynamics for LinearMotion<O, C, I> {
     type Drive = I::Push;
 
     fn n_dof(&self) -> usize {
@@ -79,34 +122,34 @@ impl<O: OverMass, I: Input> Dynamics for LinearMotion<O, I> {
     fn driven(&self, push: I::Push, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         a.fill(0.0);
         self.stiffness.subtract(q, a);
-        if let Some(damping) = &self.damping {
-            damping.subtract(v, a);
-        }
+        self.damping.resist(v, a);
         // A moving base acts by forces.
         self.input.add(push, |_| 0.0, a);
         Ok(())
     }
 }
 
-impl<O: Clone> LinearMotion<O, Option<Driven>> {
-    /// The motion with its excitation as a type, so that a free one has no code for it.
-    pub fn by_input(&self) -> ByInput<LinearMotion<O, NoInput>, LinearMotion<O, Driven>> {
-        match self.input.clone() {
-            None => ByInput::Free(self.under(NoInput)),
-            Some(input) => ByInput::Driven(self.under(input)),
+impl<O: Clone> LinearMotion<O, Option<O>, Option<Driven>> {
+    /// The same by what it has.
+    pub fn by_parts(&self) -> ByParts<O> {
+        match (self.damping.clone(), self.input.clone()) {
+            (None, None) => ByParts::Free(self.of(Undamped, NoInput)),
+            (None, Some(input)) => ByParts::Driven(self.of(Undamped, input)),
+            (Some(damping), None) => ByParts::Damped(self.of(damping, NoInput)),
+            (Some(damping), Some(input)) => ByParts::DampedDriven(self.of(damping, input)),
         }
     }
 
-    fn under<I>(&self, input: I) -> LinearMotion<O, I> {
+    fn of<C, I>(&self, damping: C, input: I) -> LinearMotion<O, C, I> {
         LinearMotion {
             stiffness: self.stiffness.clone(),
-            damping: self.damping.clone(),
+            damping,
             input,
         }
     }
 }
 
-impl LinearMotion<DMatrix<f64>, Option<Driven>> {
+impl LinearMotion<DMatrix<f64>, Option<DMatrix<f64>>, Option<Driven>> {
     /// The motion of a system with full matrices.
     pub fn full(system: &LinearSystem, input: Option<Driven>) -> Self {
         let over_mass = |m: &Coefficient| {
@@ -126,7 +169,7 @@ impl LinearMotion<DMatrix<f64>, Option<Driven>> {
     }
 }
 
-impl LinearMotion<DVector<f64>, Option<Driven>> {
+impl LinearMotion<DVector<f64>, Option<DVector<f64>>, Option<Driven>> {
     /// The motion of a system whose matrices are diagonal; `None` if one of them is not.
     pub fn diagonal(system: &LinearSystem, input: Option<Driven>) -> Option<Self> {
         let (_, damping, stiffness) = system.diagonals()?;

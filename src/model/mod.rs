@@ -63,6 +63,7 @@ pub use fourier::Fourier;
 pub(crate) use gap_motion::GapMotion;
 pub(crate) use input::{ByInput, Driven};
 pub use linear::{Coefficient, LinearSystem};
+pub(crate) use linear_motion::ByParts;
 pub use linearise::linearise;
 pub use load::Load;
 pub(crate) use moment::Moment;

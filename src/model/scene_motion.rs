@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::model::change::Change;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
-use crate::model::input::{Driven, Swing};
+use crate::model::input::Driven;
 use crate::model::linear_motion::LinearMotion;
 use crate::model::moment::Moment;
 use crate::model::ramp::SteadyRamp;
@@ -14,11 +14,14 @@ use nalgebra::{DMatrix, DVector};
 /// The number of coordinates up to which the product with a full matrix is no slower than that with its diagonal. [work]
 const LARGEST_FULL_MATRIX: usize = 2;
 
+/// A linear motion with or without damping, driven or not.
+type AnyLinear<O> = LinearMotion<O, Option<O>, Option<Driven>>;
+
 /// The motion of a scene's system.
 #[derive(Debug, Clone)]
 pub(crate) enum SceneMotion {
-    Full(LinearMotion<DMatrix<f64>, Option<Driven>>),
-    Diagonal(LinearMotion<DVector<f64>, Option<Driven>>),
+    Full(AnyLinear<DMatrix<f64>>),
+    Diagonal(AnyLinear<DVector<f64>>),
     DoublePendulum(DoublePendulumMotion<Option<Driven>>),
     Chain(ChainMotion),
     Nonlinear(NonlinearMotion),
@@ -108,40 +111,18 @@ impl Dynamics for FadingDamping {
 }
 
 impl Dynamics for SceneMotion {
-    /// When, and what acts then.
-    type Drive = (Moment, Option<Swing>);
+    type Drive = Moment;
 
     fn n_dof(&self) -> usize {
         with_motion!(self, motion => motion.n_dof())
     }
 
-    fn drive(&self, at: Moment) -> (Moment, Option<Swing>) {
-        let push = match self {
-            Self::Full(motion) => motion.drive(at),
-            Self::Diagonal(motion) => motion.drive(at),
-            Self::DoublePendulum(motion) => motion.drive(at),
-            Self::Chain(motion) => motion.drive(at),
-            Self::Nonlinear(motion) => motion.drive(at).1,
-            Self::Fading(_) => None,
-        };
-        (at, push)
+    fn drive(&self, at: Moment) -> Moment {
+        at
     }
 
-    fn driven(
-        &self,
-        (at, push): (Moment, Option<Swing>),
-        q: &[f64],
-        v: &[f64],
-        a: &mut [f64],
-    ) -> Result<()> {
-        match self {
-            Self::Full(motion) => motion.driven(push, q, v, a),
-            Self::Diagonal(motion) => motion.driven(push, q, v, a),
-            Self::DoublePendulum(motion) => motion.driven(push, q, v, a),
-            Self::Chain(motion) => motion.driven(push, q, v, a),
-            Self::Nonlinear(motion) => motion.driven((at.time, push), q, v, a),
-            Self::Fading(motion) => motion.driven(at, q, v, a),
-        }
+    fn driven(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
+        with_motion!(self, motion => motion.acceleration(at, q, v, a))
     }
 
     fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {

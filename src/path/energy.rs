@@ -12,7 +12,7 @@ use crate::path::path::Path;
 use crate::path::quadrature::{QuadratureNode, each_node};
 use nalgebra::DVector;
 
-/// Energies along a motion, one entry for each of m times.
+/// Energies along a motion, one entry for each of the times t.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Energy {
     /// The times, shape `(m,)`, \[s\]: those of a trajectory's samples; one period of an orbit, both sides of each impact.

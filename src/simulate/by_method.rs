@@ -5,7 +5,7 @@ use crate::flow::steps::chosen::{ChosenSteps, StepChoice};
 use crate::flow::steps::{DenseOutput, DormandPrince, State, Stepper};
 use crate::flow::{TimedScene, with_flow};
 use crate::hybrid::{AnyLoop, ClosedForm, InSteps, IntegratedFlow, Pendulum, Taylor, series_order};
-use crate::model::{ByInput, Dynamics, Links, Scene, SceneMotion};
+use crate::model::{ByInput, ByParts, Dynamics, Links, Scene, SceneMotion};
 use crate::path::Evaluator;
 use crate::simulate::method::Method;
 use crate::simulate::options::SimulateOptions;
@@ -124,12 +124,14 @@ impl AnySteps for Chosen {
     type Of<S: State> = ChosenSteps<S>;
 }
 
-/// Runs a block of code with a motion on which nothing acts, or one on which something does, whichever it is.
-macro_rules! by_input {
+/// Runs a block of code with a linear motion, whatever it has.
+macro_rules! by_parts {
     ($motion:expr, $by:ident => $body:expr) => {
-        match $motion.by_input() {
-            ByInput::Free($by) => $body,
-            ByInput::Driven($by) => $body,
+        match $motion.by_parts() {
+            ByParts::Free($by) => $body,
+            ByParts::Driven($by) => $body,
+            ByParts::Damped($by) => $body,
+            ByParts::DampedDriven($by) => $body,
         }
     };
 }
@@ -143,15 +145,20 @@ fn in_pairs<V: RunVisitor>(
     visitor: V,
 ) -> Result<V::Output> {
     match motion {
-        SceneMotion::Full(m) if m.n_dof() == 1 => {
-            by_input!(m, m => in_steps::<[f64; 2], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
-        }
-        SceneMotion::Full(m) if m.n_dof() == 2 => {
-            by_input!(m, m => in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
-        }
-        SceneMotion::DoublePendulum(m) => {
-            by_input!(m, m => in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor))
-        }
+        SceneMotion::Full(m) if m.n_dof() == 1 => by_parts!(m, m => {
+            in_steps::<[f64; 2], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+        }),
+        SceneMotion::Full(m) if m.n_dof() == 2 => by_parts!(m, m => {
+            in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+        }),
+        SceneMotion::DoublePendulum(m) => match m.by_input() {
+            ByInput::Free(m) => {
+                in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+            }
+            ByInput::Driven(m) => {
+                in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+            }
+        },
         SceneMotion::Nonlinear(m) if m.n_dof() == 1 => {
             in_steps::<[f64; 2], DormandPrinceSteps, _, _>(m, scene, options, (), visitor)
         }

@@ -8,14 +8,15 @@ SCENE, STEPS, LANDING, SERIES = (
     "src/hybrid/integrated/landing.rs",
     "src/hybrid/integrated/series.rs",
 )
-DYNAMICS, LINEAR, MOMENT = "src/model/dynamics.rs", "src/model/linear_motion.rs", "src/model/moment.rs"
-BY_METHOD = "src/simulate/by_method.rs"
+DYNAMICS, MOMENT, BY_METHOD = "src/model/dynamics.rs", "src/model/moment.rs", "src/simulate/by_method.rs"
 TAYLOR, SERIES_OF = "src/flow/taylor.rs", "src/flow/series_of.rs"
 
 # No force, no base motion, no load; no angle of theirs is carried along.
 INPUTS = (
     Change(MOMENT, "            angle: self.angle + self.frequency * span,", "            angle: 0.0,"),
-    Change(BY_METHOD, "            ByInput::Driven($by) => $body,", f"            ByInput::Driven(_) => {NEVER},"),
+    Change(BY_METHOD, "            ByParts::Driven($by) => $body,", f"            ByParts::Driven(_) => {NEVER},"),
+    Change(BY_METHOD, "            ByParts::DampedDriven($by) => $body,", f"            ByParts::DampedDriven(_) => {NEVER},"),
+    Change(BY_METHOD, "            ByInput::Driven(m) => {", f"            ByInput::Driven(_) => {NEVER},\n", "        },\n"),
     Change(
         SERIES_OF,
         "            PendulumForcing::Base(base) => expand_shaken(about, base),",
@@ -32,7 +33,7 @@ DAMPING = (
         "            damping: (damping != [0.0; 4]).then_some(damping),",
         f"            damping: if damping == [0.0; 4] {{ None }} else {{ {NEVER} }},",
     ),
-    Change(LINEAR, "        if let Some(damping) = &self.damping {", "", "        // A moving base acts by forces."),
+    Change(BY_METHOD, "            ByParts::Damped($by) => $body,", f"            ByParts::Damped(_) => {NEVER},"),
     Change(SERIES_OF, "self.coefficients.damping.0.is_empty()", "true"),
     Change(TAYLOR, "            if IS_DAMPED {", "", "            let force = excitation.force"),
     Change(TAYLOR, "let driven = lane.rest[i][m] + (force[i][m] - drag[i][m]);", "let driven = lane.rest[i][m];"),
