@@ -80,6 +80,14 @@ fn declared(text: &str) -> Vec<Declared> {
             open.retain(|(inside, _)| *inside <= indent);
         }
         let code = unqualified(trimmed);
+        let declare = |kind, (name, rest): (&str, &str)| Declared {
+            kind,
+            name: name.to_owned(),
+            is_shown: trimmed.starts_with("pub"),
+            indent,
+            rest: rest.to_owned(),
+            docs: docs.clone(),
+        };
         let kinds = [
             ("struct ", Kind::Type),
             ("enum ", Kind::Type),
@@ -96,14 +104,7 @@ fn declared(text: &str) -> Vec<Declared> {
         if let Some((rest, kind, word)) = item {
             let name = identifier(rest);
             if !name.is_empty() {
-                found.push(Declared {
-                    kind,
-                    name: name.to_owned(),
-                    is_shown: trimmed.starts_with("pub"),
-                    indent,
-                    rest: rest[name.len()..].to_owned(),
-                    docs: docs.clone(),
-                });
+                found.push(declare(kind, rest.split_at(name.len())));
             }
             if ["struct ", "enum "].contains(&word) && line.ends_with('{') {
                 open.push((indent + 4, word == "enum "));
@@ -113,14 +114,7 @@ fn declared(text: &str) -> Vec<Declared> {
             let rest = &code[name.len()..];
             let kind = if is_enum { Kind::Variant } else { Kind::Field };
             if !name.is_empty() && (is_enum || rest.starts_with(':')) {
-                found.push(Declared {
-                    kind,
-                    name: name.to_owned(),
-                    is_shown: trimmed.starts_with("pub"),
-                    indent,
-                    rest: rest.to_owned(),
-                    docs: docs.clone(),
-                });
+                found.push(declare(kind, (name, rest)));
                 if is_enum && line.ends_with('{') {
                     open.push((indent + 4, false));
                 }
@@ -129,16 +123,8 @@ fn declared(text: &str) -> Vec<Declared> {
                     .split_once("{ ")
                     .and_then(|(_, all)| all.split_once(" }"));
                 let fields = inside.into_iter().flat_map(|(all, _)| all.split(", "));
-                for (name, of) in fields.filter_map(|field| field.split_once(": ")) {
-                    found.push(Declared {
-                        kind: Kind::Field,
-                        name: name.to_owned(),
-                        is_shown: false,
-                        indent: indent + 4,
-                        rest: of.to_owned(),
-                        docs: docs.clone(),
-                    });
-                }
+                let fields = fields.filter_map(|field| field.split_once(": "));
+                found.extend(fields.map(|field| declare(Kind::Field, field)));
             }
         }
         docs.clear();

@@ -12,7 +12,7 @@ pub fn sources() -> Vec<(String, String)> {
 pub fn files_of(folder: &str, ending: &str) -> Vec<(String, String)> {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut files = Vec::new();
-    collect(&src, ending, &mut files);
+    collect(&src, &[ending], &mut files);
     assert!(files.len() > 20);
     files.sort();
     let read = |file: PathBuf| {
@@ -23,12 +23,16 @@ pub fn files_of(folder: &str, ending: &str) -> Vec<(String, String)> {
     files.into_iter().map(read).collect()
 }
 
-fn collect(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
+/// Adds the files of a folder and of the folders in it that have one of some endings.
+pub fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder of the repository") {
         let path = entry.expect("readable").path();
         if path.is_dir() {
-            collect(&path, ending, found);
-        } else if path.extension().is_some_and(|e| e == ending) {
+            collect(&path, endings, found);
+        } else if path
+            .extension()
+            .is_some_and(|e| endings.iter().any(|own| e == *own))
+        {
             found.push(path);
         }
     }

@@ -1,8 +1,9 @@
 //! What comments cite as theory is a section of `docs/theory.md`, and no citation points outside the repository.
 
+use crate::sources::collect;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Folders whose comments are read; a package has fewer.
 const FOLDERS: [&str; 5] = ["src", "tests", "python", "examples", "benches"];
@@ -118,23 +119,6 @@ fn is_found(sections: &BTreeMap<u32, String>, cited: &Citation) -> bool {
         .contains(&format!("**{}", name.to_lowercase()))
 }
 
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return;
-    };
-    for entry in entries {
-        let path = entry.expect("readable").path();
-        let is_source = path
-            .extension()
-            .is_some_and(|e| e == "rs" || e == "py" || e == "pyi");
-        if path.is_dir() {
-            files(&path, found);
-        } else if is_source && !path.ends_with("tests/house/theory.rs") {
-            found.push(path);
-        }
-    }
-}
-
 #[test]
 fn every_section_cited_exists() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -142,8 +126,9 @@ fn every_section_cited_exists() {
     let sections = sections(&document);
     let mut all = Vec::new();
     for folder in FOLDERS {
-        files(&root.join(folder), &mut all);
+        collect(&root.join(folder), &["rs", "py", "pyi"], &mut all);
     }
+    all.retain(|file| !file.ends_with("tests/house/theory.rs"));
     let (mut count, mut wrong) = (0, Vec::new());
     for file in all {
         let text = fs::read_to_string(&file).expect("readable");
