@@ -50,8 +50,7 @@ impl ConstrainedMotion {
         let (system, g) = (&scene.system, &scene.geometry);
         let n = system.n_dof();
         room_for("the motion while stops are held", 16 * n, n)?;
-        let normals = g.normals.select_columns(stops);
-        let reactions = g.reactions.select_columns(stops);
+        let (normals, reactions) = g.columns(stops);
         let clearances = scene.mean_clearances(stops);
         let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
             rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())

@@ -319,11 +319,13 @@ impl Contact {
     /// # Errors
     /// What the functions of a nonlinear stop report.
     pub fn gap(&self, q: &[f64], at: Moment) -> Result<f64> {
-        let moved = self
-            .motion
-            .as_ref()
-            .map_or(0.0, |motion| motion.along(at)[0]);
-        Ok(self.surface.gap(q)? + moved)
+        Ok(self.surface.gap(q)? + self.own_motion(|| at)[0])
+    }
+
+    /// What the stop's own motion adds to its gap, with speed and acceleration.
+    pub fn own_motion(&self, at: impl FnOnce() -> Moment) -> [f64; 3] {
+        let motion = self.motion.as_ref();
+        motion.map_or([0.0; 3], |motion| motion.along(at()))
     }
 
     /// The direction in which an impact at q changes the velocity; `None` where the mass matrix is singular.
@@ -392,6 +394,24 @@ pub(crate) fn impulses_of(delassus: &DMatrix<f64>, parts: &DVector<f64>) -> Resu
         return Ok(weights);
     }
     Ok(rank::solve(delassus, parts, DEPENDENT * largest)?.particular)
+}
+
+/// Normals and reactions of some contacts at a position; without a reaction where the mass matrix is singular.
+///
+/// # Errors
+/// What the functions of a nonlinear stop or system report.
+pub(crate) fn directions<'c>(
+    contacts: impl Iterator<Item = &'c Contact>,
+    system: &System,
+    q: &DVector<f64>,
+) -> Result<[Vec<DVector<f64>>; 2]> {
+    let mut both = [Vec::new(), Vec::new()];
+    for contact in contacts {
+        let reaction = contact.reaction(system, q.as_slice())?;
+        both[1].push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
+        both[0].push(contact.surface.normal(q.as_slice())?);
+    }
+    Ok(both)
 }
 
 /// The combination of reactions whose parts along the normals are given; of many that of the least weights.

@@ -83,6 +83,23 @@ impl ContactGeometry {
         places(&planes.collect::<Vec<_>>())
     }
 
+    /// The change of the speed along a normal by an impulse of one on a stop, `n_i . b_j`.
+    pub fn give(&self, i: usize, j: usize) -> f64 {
+        self.normals.column(i).dot(&self.reactions.column(j))
+    }
+
+    /// The Delassus matrix `N^T B` of some stops, shape `(k, k)`.
+    pub fn delassus(&self, stops: &[usize]) -> DMatrix<f64> {
+        let give = |i: usize, j: usize| self.give(stops[i], stops[j]);
+        DMatrix::from_fn(stops.len(), stops.len(), give)
+    }
+
+    /// Normals and reactions of some stops as columns.
+    pub fn columns(&self, stops: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let select = |of: &DMatrix<f64>| of.select_columns(stops);
+        (select(&self.normals), select(&self.reactions))
+    }
+
     /// Normals and reactions of some stops.
     pub fn directions(&self, stops: &[usize]) -> (Vec<DVector<f64>>, Vec<DVector<f64>>) {
         let columns = |of: &DMatrix<f64>| {

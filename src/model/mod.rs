@@ -51,7 +51,7 @@ pub use base_motion::BaseMotion;
 pub use change::{Change, Parameter};
 pub use constraint::Constraint;
 pub(crate) use contact::{
-    Contact, GapValue, Surface, along_reactions, are_coupled, contacts, impulses_of,
+    Contact, GapValue, Surface, along_reactions, are_coupled, contacts, directions, impulses_of,
     reaction_weights, slow_time,
 };
 pub(crate) use contact_geometry::{ContactGeometry, places};

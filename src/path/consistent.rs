@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
-use crate::model::{Moment, PhysicalState, Scene, along_reactions};
+use crate::model::{Moment, PhysicalState, Scene, along_reactions, directions};
 use crate::path::equations::PathEquations;
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
@@ -220,15 +220,10 @@ impl Kept<'_> {
         q: &DVector<f64>,
         taken: &DVector<f64>,
     ) -> Result<DVector<f64>> {
-        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-        let contacts = self.equations.contacts().iter();
-        for (contact, (gap, size)) in contacts.zip(self.gaps(at, q)?) {
-            if gap.abs() <= KEPT_AGREES * size {
-                let reaction = contact.reaction(self.equations.system(), q.as_slice())?;
-                reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
-                normals.push(contact.surface.normal(q.as_slice())?);
-            }
-        }
+        let gaps = self.equations.contacts().iter().zip(self.gaps(at, q)?);
+        let closed = gaps.filter(|(_, (gap, size))| gap.abs() <= KEPT_AGREES * size);
+        let closed = closed.map(|(contact, _)| contact);
+        let [normals, reactions] = directions(closed, self.equations.system(), q)?;
         if normals.is_empty() {
             return Ok(DVector::zeros(q.len()));
         }

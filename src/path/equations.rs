@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::flow::ConstrainedDynamics;
 use crate::hybrid::SegmentKind;
 use crate::model::{
-    Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts,
+    Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts, directions,
     reaction_weights,
 };
 use crate::path::parts::PathPoint;
@@ -62,8 +62,7 @@ impl<'a> PathEquations<'a> {
 
     /// The speed at which a stop recedes by its own motion.
     pub fn stop_speed(&self, stop: usize, at: Moment) -> f64 {
-        let motion = self.contacts[stop].motion.as_ref();
-        motion.map_or(0.0, |motion| motion.along(at)[1])
+        self.contacts[stop].own_motion(|| at)[1]
     }
 
     /// The stops that are closed at a position, as far as an impact leaves them.
@@ -162,13 +161,8 @@ impl<'a> PathEquations<'a> {
         q: &DVector<f64>,
         taken: &DVector<f64>,
     ) -> Result<DVector<f64>> {
-        let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-        for &stop in stops {
-            let contact = &self.contacts[stop];
-            let reaction = contact.reaction(self.system, q.as_slice())?;
-            reactions.push(reaction.unwrap_or_else(|| DVector::zeros(q.len())));
-            normals.push(contact.surface.normal(q.as_slice())?);
-        }
+        let contacts = stops.iter().map(|&stop| &self.contacts[stop]);
+        let [normals, reactions] = directions(contacts, self.system, q)?;
         let parts = DVector::from_fn(stops.len(), |i, _| normals[i].dot(taken));
         reaction_weights(&normals, &reactions, &parts)
     }

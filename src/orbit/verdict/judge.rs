@@ -198,10 +198,7 @@ impl<'a> Judge<'a> {
                 time: next.start,
                 impacts,
             };
-            let coupling = |one: usize, other: usize| {
-                let normal = geometry.normals.column(one);
-                Ok(normal.dot(&geometry.reactions.column(other)))
-            };
+            let coupling = |one: usize, other: usize| Ok(geometry.give(one, other));
             judge_held(own, coupling, &slow, found)?;
         }
         Ok(())
