@@ -65,7 +65,7 @@ pub(super) fn border(
     };
     let scene = problem.scene(last.place.value)?;
     let restitution = with_shooting(&scene, &problem.signature, |shooting, _| {
-        Ok(shooting.motion.restitution(*stop))
+        Ok(shooting.motion.law(*stop).restitution)
     })?;
     let inverse = CriticalBounces::of(restitution).power.recip();
     let stick = |point: &AcceptedPoint| {

@@ -151,16 +151,16 @@ pub(super) fn with_flight<'a>(
         state.times[pull.instant + 1],
     );
     let scene = problem.scene(place.value)?;
-    let restitution = contacts(&scene)[stop].restitution;
+    let impact = contacts(&scene)[stop].law();
     let without = from.stage.held_but(stop);
-    let is_alone = restitution == 0.0 || without.is_empty();
+    let is_alone = impact.is_inelastic() || without.is_empty();
     if !(pull.most > 0.0 && pull.bend > 0.0 && is_alone) {
         return Ok(None);
     }
     let quarter = (2.0 * pull.most / pull.bend).sqrt();
     let (left, back) = (pull.time - quarter, pull.time + 3.0 * quarter);
     // The impacts that accumulate after the landing take 4/3 e/(1 - e) times as long.
-    let rest = 4.0 / 3.0 * quarter * restitution / (1.0 - restitution);
+    let rest = 4.0 / 3.0 * quarter * impact.restitution / (1.0 - impact.restitution);
     if !(from.start < left && back + rest < end) {
         return Ok(None);
     }
@@ -173,9 +173,7 @@ pub(super) fn with_flight<'a>(
         })?;
         Ok(x)
     };
-    let landing = if restitution > 0.0 {
-        Event::Chatter(stop)
-    } else {
+    let landing = if impact.is_inelastic() {
         let landed = held_at(back)?;
         let law = with_shooting(&scene, &problem.signature, |shooting, _| {
             held_through(shooting.motion, (stop, &without), back, &landed)
@@ -184,6 +182,8 @@ pub(super) fn with_flight<'a>(
             return Ok(None);
         }
         Event::Strike(law.struck)
+    } else {
+        Event::Chatter(stop)
     };
     let instant =
         |(event, held): (Event, &[usize]), (time, start): (f64, f64)| -> Result<ShootingNode> {

@@ -79,8 +79,8 @@ impl<'a> BranchProblem<'a> {
         let own = instants[instant].clone();
         let (held, without) = (own.stage.held.clone(), own.stage.held_but(stop));
         let scene = self.scene(place.value)?;
-        let restitution = contacts(&scene)[stop].restitution;
-        if restitution > 0.0 && !without.is_empty() {
+        let impact = contacts(&scene)[stop].law();
+        if !impact.is_inelastic() && !without.is_empty() {
             return Ok(None);
         }
         let mut signature = self.signature.clone();
@@ -97,16 +97,13 @@ impl<'a> BranchProblem<'a> {
             let rate = motion.rate(&without, own.time, &own.state)?;
             let pull = -motion.gap_acceleration(stop, own.time, &own.state, &rate)?;
             let time = own.time + 2.0 * speed / pull;
-            let start = own.time + 2.0 * speed / pull / (1.0 - restitution);
+            let start = own.time + 2.0 * speed / pull / (1.0 - impact.restitution);
             if !(speed > 0.0 && pull > 0.0 && own.time < time && start < end) {
                 return Ok(None);
             }
             let mut x = own.state.clone();
             let none = &mut DMatrix::zeros(x.len(), 0);
-            let event = if restitution > 0.0 {
-                motion.flow(&held, (own.time, start), &mut x, none)?;
-                Event::Chatter(stop)
-            } else {
+            let event = if impact.is_inelastic() {
                 motion.flow(&without, (own.time, start), &mut x, none)?;
                 let law = held_through(motion, (stop, &without), start, &x)?;
                 if !law.thrown.is_empty() {
@@ -114,6 +111,9 @@ impl<'a> BranchProblem<'a> {
                 }
                 motion.impact(&law.struck, start, &mut x, none)?;
                 Event::Strike(law.struck)
+            } else {
+                motion.flow(&held, (own.time, start), &mut x, none)?;
+                Event::Chatter(stop)
             };
             let stage = ContactStage {
                 event,

@@ -209,10 +209,10 @@ impl<T: Tangents> Follower<T> {
         let maps = self.tangents.maps();
         let is_dead = struck
             .iter()
-            .any(|impact| maps.restitution(impact.stop) == 0.0);
+            .any(|impact| maps.law(impact.stop).is_inelastic());
         let squares = struck
             .iter()
-            .map(|impact| 2.0 * maps.restitution(impact.stop).ln());
+            .map(|impact| 2.0 * maps.law(impact.stop).restitution.ln());
         let log_restitution: f64 = squares.sum();
         if self.batches.has_begun() {
             self.counted.impacts += struck.len();
@@ -332,20 +332,15 @@ enum ImpactOrder {
 
 impl ImpactOrder {
     fn of<M: HybridMaps>(maps: &M, stops: &[usize], t: f64, state: &DVector<f64>) -> Result<Self> {
+        let is_coupled = |one: usize, other: usize| -> Result<bool> {
+            let (b, at) = (maps.reaction(one, state)?, maps.gap(other, t, state)?);
+            let n = at.gradient;
+            Ok(b.dot(&n).abs() > UNCOUPLED * b.norm() * n.norm())
+        };
         let mut found = Self::Free;
         for (i, &one) in stops.iter().enumerate() {
             for &other in &stops[i + 1..] {
-                let (b, n) = (
-                    maps.reaction(one, state)?,
-                    maps.gap(other, t, state)?.gradient,
-                );
-                let (c, m) = (
-                    maps.reaction(other, state)?,
-                    maps.gap(one, t, state)?.gradient,
-                );
-                if b.dot(&n).abs() > UNCOUPLED * b.norm() * n.norm()
-                    || c.dot(&m).abs() > UNCOUPLED * c.norm() * m.norm()
-                {
+                if is_coupled(one, other)? || is_coupled(other, one)? {
                     return Ok(Self::Coupled);
                 }
                 let both = |pair: [usize; 2]| -> Result<DMatrix<f64>> {

@@ -7,6 +7,7 @@ use crate::flow::constrained::ConstrainedMotion;
 use crate::flow::derivative::LinearEquations;
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::SceneFlow;
+use crate::impact::Newton;
 use crate::model::{Laws, Scene};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -45,10 +46,10 @@ impl TimedScene {
         })
     }
 
-    /// The restitution of a stop at a time, where it drifts.
+    /// The law of a stop at a time, where it drifts.
     #[inline]
-    pub fn drifting_restitution(&self, stop: usize, t: f64) -> Option<f64> {
-        self.laws.as_ref()?.restitution(stop, t)
+    pub fn drifting_law(&self, stop: usize, t: f64) -> Option<Newton> {
+        self.laws.as_ref()?.law(stop, t)
     }
 
     /// The equations of its motion where nothing is held.

@@ -79,7 +79,7 @@ fn sequence<M: HybridMaps + ?Sized>(
 ) -> Result<CompleteChatter> {
     let n = state.len() / 2;
     Ok(CompleteChatter {
-        restitution: motion.restitution(stop),
+        law: motion.law(stop),
         speed: gap.speed(state.rows(n, n)),
         acceleration: motion.gap_acceleration(stop, t, state, rate)?,
     })

@@ -8,7 +8,7 @@ use crate::flow::steps::{Dop853, DormandPrince, Radau, Stepper};
 use crate::flow::{TimedScene, with_flow};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
-use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::hybrid::system::{Contacts, Gaps, Holding, NormalImpacts, Present};
 use crate::hybrid::{
     Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
     InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
@@ -105,7 +105,7 @@ fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<Fact> {
         assert!(system.margin(stop, 1.0) >= system.tolerance(stop, 1.0));
         facts.extend([gap.gap, gap.speed, gap.acceleration]);
         facts.extend([
-            system.restitution(stop),
+            system.law(stop).restitution,
             f64::from(u8::from(system.is_bound(stop))),
         ]);
         rough.push(system.free_jerk(stop).expect("regular"));
@@ -153,8 +153,8 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let system = flow.system();
     assert!(system.gap(stop).gap.abs() < 1e-10 && system.gap(stop).speed < 0.0);
     let impact = system.strike(stop).expect("regular");
-    let e = system.restitution(stop);
-    assert!((impact.departure - e * impact.approach).abs() < 1e-15);
+    let departure = system.law(stop).departure(impact.approach);
+    assert!((impact.departure - departure).abs() < 1e-15);
     all.extend([(impact.approach, 1.0), (impact.impulse, 1.0)]);
     all.extend(facts(system));
     assert!((system.gap(stop).speed - impact.departure).abs() < 1e-12);
@@ -256,7 +256,11 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
         let GapAt { gap, gradient, .. } = maps.gap(stop, 0.7, &state).expect("regular");
         let rate: DVector<f64> = maps.rate(&[], 0.7, &state).expect("regular");
         let acceleration = maps.gap_acceleration(stop, 0.7, &state, &rate);
-        all.extend([gap, maps.restitution(stop), acceleration.expect("regular")]);
+        all.extend([
+            gap,
+            maps.law(stop).restitution,
+            acceleration.expect("regular"),
+        ]);
         all.extend(gradient.iter());
         all.extend(maps.reaction(stop, &state).expect("regular").iter());
     }

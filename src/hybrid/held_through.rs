@@ -45,7 +45,7 @@ pub(crate) fn held_through<M: HybridMaps + ?Sized>(
         reactions.push(maps.reaction(stop, state)?);
     }
     let delassus = DMatrix::from_fn(count, count, |i, j| -gaps[i].dot(&reactions[j]));
-    let restitutions = DVector::from_fn(count, |i, _| maps.restitution(stops[i]));
+    let restitutions = DVector::from_fn(count, |i, _| maps.law(stops[i]).restitution);
     let mut speeds = DVector::zeros(count);
     speeds[0] = -1.0;
     let law = resolve_impacts(&delassus, &restitutions, &speeds, &DVector::zeros(count))?;

@@ -2,7 +2,7 @@
 //! stability see it.
 
 use crate::error::Result;
-use crate::impact::{StopsAt, project};
+use crate::impact::{Newton, StopsAt, project};
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
@@ -100,9 +100,27 @@ pub(crate) trait HybridMaps {
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Vec<f64>>;
+    /// The velocity that the impacts of stops hit together take away at some approach speeds, `B (N^T B)^-1 (I + E) s`.
+    fn kick(&self, stops: &[usize], state: &DVector<f64>, s: DVector<f64>) -> Result<DVector<f64>>;
     /// The derivative of the state after those impacts by their time, for a fixed state before; `None` where the stops rest.
-    fn recoil(&self, stops: &[usize], t: f64, state: &DVector<f64>)
-    -> Result<Option<DVector<f64>>>;
+    fn recoil(
+        &self,
+        stops: &[usize],
+        t: f64,
+        state: &DVector<f64>,
+    ) -> Result<Option<DVector<f64>>> {
+        let bends = stops.iter().map(|&stop| self.stop_motion(stop, t)[2]);
+        let bends = DVector::from_iterator(stops.len(), bends);
+        if bends.iter().all(|bend| *bend == 0.0) {
+            return Ok(None);
+        }
+        let (n, mut rate) = (state.len() / 2, DVector::zeros(state.len()));
+        rate.rows_mut(n, n)
+            .copy_from(&self.kick(stops, state, bends)?);
+        Ok(Some(rate))
+    }
+    /// What the own motion of a stop adds to its gap, with speed and acceleration.
+    fn stop_motion(&self, stop: usize, t: f64) -> [f64; 3];
     /// The gap of a stop.
     fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt>;
     /// The second time derivative of a gap where the state changes at a rate.
@@ -115,8 +133,8 @@ pub(crate) trait HybridMaps {
     ) -> Result<f64>;
     /// The reaction direction of a stop, shape `(n,)`.
     fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>>;
-    /// The restitution coefficient of a stop.
-    fn restitution(&self, stop: usize) -> f64;
+    /// The law of impact of a stop.
+    fn law(&self, stop: usize) -> Newton;
 }
 
 /// Moves a state at a time onto some stops, along their reactions, and takes its normal speeds relative to them away.

@@ -4,7 +4,9 @@
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
+use crate::impact::Newton;
 use crate::model::PhysicalState;
+use crate::quantity::positive_part;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -85,8 +87,8 @@ pub(crate) trait Gaps {
 pub(crate) trait Contacts {
     /// Number of stops.
     fn n_stops(&self) -> usize;
-    /// The restitution coefficient of a stop.
-    fn restitution(&self, stop: usize) -> f64;
+    /// The law of impact of a stop, now.
+    fn law(&self, stop: usize) -> Newton;
     /// The normals of some stops, as columns.
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>>;
     /// `N^T B` of some stops.
@@ -126,12 +128,61 @@ pub(crate) trait Accelerations {
     fn steady(&self) -> f64;
 }
 
-/// What changes the state at one instant.
-pub(crate) trait Impacts {
-    /// The impact of one stop.
+/// Normal speeds and impulses of one stop where the motion is.
+pub(crate) trait NormalMotion: Contacts {
+    /// The normal of a stop and the direction of its reaction.
+    type Directions;
+    fn directions(&self, stop: usize) -> Result<Self::Directions>;
+    /// The speed at which a stop recedes by its own motion.
+    fn stop_speed(&self, stop: usize) -> f64;
+    /// The speed along a normal, `n.v`.
+    fn speed_along(&self, directions: &Self::Directions) -> f64;
+    /// The impulse that changes the normal speed by so much, `change/(n.b)`.
+    fn impulse_of(&self, directions: &Self::Directions, law: Newton, change: f64) -> f64;
+    /// The impulse to an approach speed, `(1 + e) s/(n.b)`.
+    fn rebound(&self, directions: &Self::Directions, law: Newton, approach: f64) -> f64 {
+        self.impulse_of(directions, law, law.change(approach))
+    }
+    /// Changes the velocity by `-b` times an impulse.
+    fn push_along(&mut self, directions: &Self::Directions, impulse: f64);
+}
+
+/// The impact of one stop.
+pub(crate) trait NormalImpacts: Contacts {
+    /// The impact of one stop by its law.
     fn strike(&mut self, stop: usize) -> Result<NormalImpact>;
     /// Pushes the motion away from a stop: the velocity changes by `-b` times the impulse.
     fn push(&mut self, stop: usize, impulse: f64) -> Result<()>;
+}
+
+impl<T: NormalMotion> NormalImpacts for T {
+    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
+        let (law, directions) = (self.law(stop), self.directions(stop)?);
+        let receding = self.stop_speed(stop);
+        let approach = positive_part(self.speed_along(&directions) - receding);
+        let departure = law.departure(approach);
+        let impulse = self.rebound(&directions, law, approach);
+        self.push_along(&directions, impulse);
+        // A small departure is what is left of two large speeds: its rounding is taken off.
+        let left = self.speed_along(&directions) - receding + departure;
+        let rest = self.impulse_of(&directions, law, left);
+        self.push_along(&directions, rest);
+        Ok(NormalImpact {
+            approach,
+            departure,
+            impulse,
+        })
+    }
+
+    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+        let directions = self.directions(stop)?;
+        self.push_along(&directions, impulse);
+        Ok(())
+    }
+}
+
+/// What puts the motion on stops at one instant, and holds it there.
+pub(crate) trait Holding {
     /// Moves the motion onto some stops, along their reactions; its velocity stays.
     fn put_on(&mut self, stops: &[usize]) -> Result<()>;
     /// Moves the motion onto a stop by as little as rounding left it below, along its reaction. Steps stay where their tolerance puts
@@ -170,6 +221,9 @@ pub(crate) trait Present {
 }
 
 /// A system with its stops where its motion is now.
-pub(crate) trait HybridSystem: Gaps + Contacts + Accelerations + Impacts + Present {}
+pub(crate) trait HybridSystem:
+    Gaps + Accelerations + NormalImpacts + Holding + Present
+{
+}
 
-impl<T: Gaps + Contacts + Accelerations + Impacts + Present + ?Sized> HybridSystem for T {}
+impl<T: Gaps + Accelerations + NormalImpacts + Holding + Present + ?Sized> HybridSystem for T {}

@@ -1,6 +1,7 @@
 //! Audit of any given recovery matrix (theory 9): can rigid frictionless stops with these normals do it?
 
 use crate::error::{Error, Result};
+use crate::impact::newton::Newton;
 use crate::linalg::{eigen, rank};
 use crate::quantity::{finite_square, finite_vector};
 use crate::tolerance::AUDIT_TOL;
@@ -91,7 +92,7 @@ pub fn audit_recovery(
     }
     if normals.ncols() > 0 && restitution.iter().all(|e| e.is_finite()) {
         let delassus = normals.tr_mul(&factor.solve(normals));
-        let rebound = DMatrix::from_diagonal(&restitution.add_scalar(1.0));
+        let rebound = DMatrix::from_diagonal(&restitution.map(|e| Newton::new(e).factor()));
         if let Some(inverse) = delassus.try_inverse() {
             let impulses = inverse * rebound;
             if impulses.min() < -AUDIT_TOL * impulses.amax() {

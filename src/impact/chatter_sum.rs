@@ -4,13 +4,14 @@
 //! With the speed `h' < 0` before an impact and the acceleration `h'' = a < 0` of the free motion, both constant but for what the
 //! flights are short in, each impact leaves `-e h'` and the next comes after `2 e h'/a`: geometric series with the ratio e.
 
+use crate::impact::newton::Newton;
 use nalgebra::DVector;
 
 /// All impacts that follow one on a stop, itself included: `0 < e < 1`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CompleteChatter {
-    /// The restitution e.
-    pub restitution: f64,
+    /// The law of the stop.
+    pub law: Newton,
     /// The opening speed h' before the first impact, negative.
     pub speed: f64,
     /// The acceleration h'' of the gap in free motion, negative.
@@ -20,34 +21,35 @@ pub(crate) struct CompleteChatter {
 impl CompleteChatter {
     /// The time from the first impact to where they come to rest, `2 e h'/((1 - e) a)`.
     pub fn span(&self) -> f64 {
-        2.0 * self.restitution * self.speed / ((1.0 - self.restitution) * self.acceleration)
+        let e = self.law.restitution;
+        2.0 * e * self.speed / ((1.0 - e) * self.acceleration)
     }
 
     /// The time from the first impact to the second, `2 e h'/a`.
     pub fn first_flight(&self) -> f64 {
-        2.0 * self.restitution * self.speed / self.acceleration
+        2.0 * self.law.restitution * self.speed / self.acceleration
     }
 
     /// What is left of the gap when all are taken at once, `2 e h'^2/((1 - e) |a|)`: an estimate of what that neglects.
     pub fn residual(&self) -> f64 {
-        let e = self.restitution;
+        let e = self.law.restitution;
         2.0 * e / (1.0 - e) * self.speed * self.speed / -self.acceleration
     }
 
     /// The height of the first flight times the acceleration that draws it back, `(e h')^2/2`.
     pub fn height_by_acceleration(&self) -> f64 {
-        0.5 * (self.restitution * self.speed).powi(2)
+        0.5 * self.law.departure(self.speed).powi(2)
     }
 
     /// The change of another speed by all impulses, of each of which it receives a share, `(1 + e)/(1 - e) share h'`.
     pub fn kick(&self, share: f64) -> f64 {
-        let e = self.restitution;
-        (1.0 + e) / (1.0 - e) * share * self.speed
+        let e = self.law.restitution;
+        self.law.factor() / (1.0 - e) * share * self.speed
     }
 
     /// The change of a state up to where they come to rest, from its rate before the first impact and its change by that impact.
     pub fn change(&self, rate: DVector<f64>, struck: DVector<f64>) -> DVector<f64> {
-        rate * self.span() + struck / (1.0 - self.restitution)
+        rate * self.span() + struck / (1.0 - self.law.restitution)
     }
 }
 
@@ -60,7 +62,7 @@ mod tests {
 
     fn falling() -> CompleteChatter {
         CompleteChatter {
-            restitution: E,
+            law: Newton::new(E),
             speed: -3.0,
             acceleration: -2.0,
         }

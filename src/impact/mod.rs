@@ -1,11 +1,12 @@
 //! The laws of one instant, as mathematics (theory 1, 9): recovery matrices and their audit, impacts of several stops, contact
-//! forces, the sum of impacts that accumulate, projection onto stops, saltation. One stop's impact on a moving scene is
-//! `Impacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `simulate/event_loop.rs`.
+//! forces, the sum of impacts that accumulate, projection onto stops, saltation. The law of one stop is in `newton.rs` alone, its impact
+//! on a moving scene `NormalImpacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `simulate/event_loop.rs`.
 
 mod audit;
 mod chatter_sum;
 mod contact_force;
 mod event;
+mod newton;
 mod projection;
 mod recovery;
 mod saltation;
@@ -16,6 +17,7 @@ pub(crate) use chatter_sum::CompleteChatter;
 pub use contact_force::{ContactForce, Release, contact_forces};
 pub use event::Impact;
 pub(crate) use event::wrapped;
+pub(crate) use newton::Newton;
 pub(crate) use projection::{StopsAt, project, put_onto_stops};
 pub use recovery::recovery_matrix;
 pub(crate) use recovery::{check_stops, impulse_matrix};

@@ -14,15 +14,9 @@ use nalgebra::{DMatrix, DVector};
 /// each other there are an error.
 pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Result<DMatrix<f64>> {
     let k = stops.len();
-    let delassus = DMatrix::from_fn(k, k, |i, j| {
-        geometry
-            .normals
-            .column(stops[i])
-            .dot(&geometry.reactions.column(stops[j]))
-    });
-    let rebound = DMatrix::from_diagonal(&DVector::from_fn(k, |i, _| {
-        1.0 + geometry.restitutions[stops[i]]
-    }));
+    let delassus = geometry.delassus(stops);
+    let rebound =
+        DMatrix::from_diagonal(&DVector::from_fn(k, |i, _| geometry.law(stops[i]).factor()));
     if k == 1 {
         return Ok(rebound / delassus[(0, 0)]);
     }
@@ -42,7 +36,7 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
         let normals = geometry.normals.select_columns(stops);
         let result = normals.transpose() - &delassus * &inverse * normals.transpose();
         let wanted = DMatrix::from_fn(k, normals.nrows(), |i, j| {
-            -geometry.restitutions[stops[i]] * normals[(j, i)]
+            -geometry.law(stops[i]).restitution * normals[(j, i)]
         });
         if (result - wanted).amax() > 1e-10 * normals.amax() {
             return Err(Error::bad_value(
@@ -62,10 +56,7 @@ pub(crate) fn velocity_recovery(
 ) -> Result<DMatrix<f64>> {
     let n = geometry.normals.nrows();
     let impulses = impulse_matrix(geometry, stops)?;
-    let (normals, reactions) = (
-        geometry.normals.select_columns(stops),
-        geometry.reactions.select_columns(stops),
-    );
+    let (normals, reactions) = geometry.columns(stops);
     Ok(DMatrix::identity(n, n) - reactions * impulses * normals.transpose())
 }
 

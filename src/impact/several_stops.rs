@@ -3,6 +3,7 @@
 //! the stop; impulses push away from it.
 
 use crate::error::{Error, Result};
+use crate::impact::newton::Newton;
 use crate::linalg::complementarity;
 use crate::quantity::{Restitution, finite_square, finite_vector};
 use crate::tolerance::{
@@ -200,7 +201,8 @@ impl ImpactState {
         // What rounding left of the zero speed of a lasting contact is not to be reversed.
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
-        let rebound: Vec<f64> = entering.iter().map(|&i| (1.0 + e[i]) * before(i)).collect();
+        let law = |i: usize| Newton::new(e[i]);
+        let rebound: Vec<f64> = entering.iter().map(|&i| law(i).change(before(i))).collect();
         let slack: Vec<f64> = entering
             .iter()
             .map(|&i| IMPACT_LAW_SLACKS * self.slack[i])
@@ -216,7 +218,7 @@ impl ImpactState {
         let mut reported = after.clone();
         for (&w, &i) in solution.w.iter().zip(entering) {
             if w == 0.0 {
-                reported[i] = -e[i] * before(i);
+                reported[i] = -law(i).departure(before(i));
             }
         }
         self.impulses += &push;

@@ -235,12 +235,6 @@ impl Scene {
         }
     }
 
-    /// The restitution of a stop at a time, where it drifts.
-    #[inline]
-    pub(crate) fn drifting_restitution(&self, stop: usize, t: f64) -> Option<f64> {
-        self.laws.as_ref()?.restitution(stop, t)
-    }
-
     /// What drifts otherwise than by signals.
     pub(crate) fn laws(&self) -> Option<&Arc<Laws>> {
         self.laws.as_ref()

@@ -21,14 +21,14 @@ pub(crate) fn list_impacts(
         let at = Moment::new(t, scene.frequency * t + phase, scene.frequency);
         let receding = scene.stop_motion(stop, at)[1];
         let approach = along(&scene.velocity_rows[stop], before) - receding;
-        Ok((approach, scene.geometry.restitutions[stop]))
+        Ok((approach, scene.geometry.law(stop).departure(approach)))
     };
     let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
     impacts
 }
 
 /// The impacts of a period, instant by instant; `law` gives the approach speed at a stop at the time and in the state before its impact,
-/// and the restitution there.
+/// and the departure after it.
 pub(crate) fn impacts_by<E>(
     law: impl Fn(usize, f64, &ModalState) -> std::result::Result<(f64, f64), E>,
     pattern: &Pattern,
@@ -42,13 +42,13 @@ pub(crate) fn impacts_by<E>(
     for (instant, k) in pattern.instants().iter().zip(starts) {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
         for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-            let (approach, restitution) = law(stop, flights[k].start, previous)?;
+            let (approach, departure) = law(stop, flights[k].start, previous)?;
             impacts.push(Impact {
                 time: flights[k].start,
                 stop,
                 approach,
                 // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
-                departure: restitution * approach + 0.0,
+                departure: departure + 0.0,
                 impulse,
                 phase: wrapped(frequency * flights[k].start + phase),
             });

@@ -238,7 +238,8 @@ impl OrbitMotion {
             let x = unpaired(before);
             let at = motion.gap(stop, t, &x)?;
             let n = at.gradient.len();
-            Ok((-at.speed(x.rows(n, n)), motion.restitution(stop)))
+            let approach = -at.speed(x.rows(n, n));
+            Ok((approach, motion.law(stop).departure(approach)))
         };
         impacts_by(law, pattern, (motion.frequency, phase), flights, impulses)
     }

@@ -2,6 +2,7 @@
 //! `q = sum_j phi_j (e^{-eta_j t}(a_j cos wd_j t + b_j sin wd_j t) + A_j sin w t + B_j cos w t)`.
 
 use crate::flow::ModalScene;
+use crate::impact::Newton;
 use crate::modal::{Block, Form, Pair};
 use nalgebra::{Complex, DVector};
 
@@ -97,6 +98,6 @@ pub fn first_kind_coefficients(
         eta + restitution * decay * g,
         damped_frequency + restitution * decay * h,
     );
-    let scale = -(1.0 + restitution) * frequency * sine / (k * p - m * n);
+    let scale = -Newton::new(restitution).factor() * frequency * sine / (k * p - m * n);
     (scale * m, scale * k)
 }

@@ -115,7 +115,7 @@ impl Pulses {
             let jumps = modal.jumps[stop].iter();
             hits.push(Hit {
                 stop,
-                gain: 1.0 + contacts[stop].restitution,
+                gain: contacts[stop].law().factor(),
                 weight,
                 size,
                 jump: jumps.map(|z| z.map(|x| x * size / weight)).collect(),

@@ -12,7 +12,7 @@ use crate::contact::next::LATE;
 
 use crate::error::{Error, Result, digits};
 use crate::hybrid::clock::Clock;
-use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::hybrid::system::{Contacts, Gaps, Holding, Present};
 use crate::hybrid::{Arrival, GapSizes, GapState, HybridFlow, HybridSystem};
 use crate::impact::CompleteChatter;
 use crate::observer::Observer;
@@ -20,8 +20,7 @@ use crate::quantity::larger;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use crate::tolerance::{
-    CHATTER_SAFETY, GAP_ROUNDING, GIVEN_ROUNDING, LOST_FLIGHT, MOST_LEFT, MOST_SUNK, RATIO_TOL,
-    TIME_ROUNDING,
+    CHATTER_SAFETY, GAP_ROUNDING, GIVEN_ROUNDING, LOST_FLIGHT, MOST_LEFT, MOST_SUNK, TIME_ROUNDING,
 };
 use at_once::{AtOnce, is_one_instant};
 use nalgebra::DVector;
@@ -461,12 +460,12 @@ impl EventLoop {
         reached: usize,
     ) -> Result<bool> {
         let chatter = chatter_at(system, reached);
-        let (e, speed, pull) = (chatter.restitution, chatter.speed, chatter.acceleration);
+        let (law, speed, pull) = (chatter.law, chatter.speed, chatter.acceleration);
         let is_alone = self.touching.len() == 1;
-        let regular = self.last_impact.is_some_and(|(stop, before)| {
-            stop == reached && (-speed / before / e - 1.0).abs() < RATIO_TOL
-        });
-        if !(regular && is_alone && speed < 0.0 && pull < 0.0 && e > 0.0 && e < 1.0) {
+        let regular = self
+            .last_impact
+            .is_some_and(|(stop, before)| stop == reached && law.is_repeated(before, -speed));
+        if !(regular && is_alone && speed < 0.0 && pull < 0.0 && law.is_contracting()) {
             return Ok(false);
         }
         let residual = chatter.residual();
@@ -488,7 +487,7 @@ impl EventLoop {
 fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChatter {
     let state = system.gap(stop);
     CompleteChatter {
-        restitution: system.restitution(stop),
+        law: system.law(stop),
         speed: state.speed,
         acceleration: state.acceleration,
     }

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::hybrid::AnyLoop;
 use crate::hybrid::HybridFlow;
-use crate::hybrid::system::{Contacts, Gaps, Impacts, Present};
+use crate::hybrid::system::{Contacts, Gaps, Holding, Present};
 use crate::model::{PhysicalState, Scene};
 use crate::path::Evaluator;
 use crate::simulate::by_method::{RunVisitor, visit_runs};

@@ -77,7 +77,7 @@ impl Trajectory {
         let mobility = reaction.map_or(f64::NAN, |b| normal.dot(&b));
         for impact in &self.impacts {
             let change = impact.approach + impact.departure;
-            let left = impact.departure - contact.restitution * impact.approach;
+            let left = impact.departure - contact.law().departure(impact.approach);
             let given = impact.impulse * mobility - change;
             let agrees = left.abs().max(given.abs()) <= KEPT_AGREES * change;
             if !agrees {

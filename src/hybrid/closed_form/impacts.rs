@@ -48,8 +48,7 @@ impl<'a> ModalImpacts<'a> {
     ) -> Result<()> {
         let (scene, g) = (self.scene, &self.scene.geometry);
         let (velocity, jump) = (&scene.velocity_rows[stop], &scene.jumps[stop]);
-        let give = g.normals.column(stop).dot(&g.reactions.column(stop));
-        let factor = (1.0 + g.restitutions[stop]) / give;
+        let factor = g.law(stop).rebound(g.give(stop, stop));
         let [_, receding, bend] = scene.stop_motion(stop, self.at);
         let impulse = factor * (along(velocity, state) - receding);
         for (z, jump) in state.iter_mut().zip(jump) {

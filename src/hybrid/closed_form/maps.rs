@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps};
-use crate::impact::impulse_matrix;
+use crate::impact::{Newton, impulse_matrix};
 use crate::modal::ModalState;
 use crate::model::{Moment, PhysicalState, along_reactions};
 use nalgebra::{DMatrix, DVector};
@@ -62,11 +62,6 @@ impl<'a> ClosedFormMaps<'a> {
     fn moment(&self, t: f64) -> Moment {
         let w = self.scene.frequency;
         Moment::new(t, w * t + self.phase, w)
-    }
-
-    /// What the own motion of a stop adds to its gap, with speed and acceleration.
-    fn stop_motion(&self, stop: usize, t: f64) -> [f64; 3] {
-        self.scene.stop_motion(stop, self.moment(t))
     }
 
     fn constrained(&self, held: &[usize]) -> &ConstrainedMotion {
@@ -144,10 +139,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
             return Ok(Vec::new());
         }
         let (n, g) = (state.len() / 2, &self.scene.geometry);
-        let (normals, reactions) = (
-            g.normals.select_columns(stops),
-            g.reactions.select_columns(stops),
-        );
+        let (normals, reactions) = g.columns(stops);
         let impulse_matrix = impulse_matrix(g, stops)?;
         let mut approach = normals.tr_mul(&state.rows(n, n));
         for (approach, &stop) in approach.iter_mut().zip(stops) {
@@ -164,23 +156,13 @@ impl HybridMaps for ClosedFormMaps<'_> {
         Ok(impulses.iter().copied().collect())
     }
 
-    fn recoil(
-        &self,
-        stops: &[usize],
-        t: f64,
-        state: &DVector<f64>,
-    ) -> Result<Option<DVector<f64>>> {
-        let bends = stops.iter().map(|&stop| self.stop_motion(stop, t)[2]);
-        let bends = DVector::from_iterator(stops.len(), bends);
-        if bends.iter().all(|bend| *bend == 0.0) {
-            return Ok(None);
-        }
-        let (n, g) = (state.len() / 2, &self.scene.geometry);
-        let reactions = g.reactions.select_columns(stops);
-        let mut rate = DVector::zeros(state.len());
-        let kick = reactions * (impulse_matrix(g, stops)? * bends);
-        rate.rows_mut(n, n).copy_from(&kick);
-        Ok(Some(rate))
+    fn kick(&self, stops: &[usize], _: &DVector<f64>, s: DVector<f64>) -> Result<DVector<f64>> {
+        let g = &self.scene.geometry;
+        Ok(g.reactions.select_columns(stops) * (impulse_matrix(g, stops)? * s))
+    }
+
+    fn stop_motion(&self, stop: usize, t: f64) -> [f64; 3] {
+        self.scene.stop_motion(stop, self.moment(t))
     }
 
     fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt> {
@@ -210,7 +192,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
         Ok(self.scene.geometry.reactions.column(stop).into_owned())
     }
 
-    fn restitution(&self, stop: usize) -> f64 {
-        self.scene.geometry.restitutions[stop]
+    fn law(&self, stop: usize) -> Newton {
+        self.scene.geometry.law(stop)
     }
 }

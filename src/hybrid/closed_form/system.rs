@@ -13,16 +13,16 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::{
-    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
+    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
-use crate::impact::{put_onto_stops, wrapped};
+use crate::impact::{Newton, put_onto_stops, wrapped};
 use crate::modal::ModalState;
 use crate::modal::Pair;
 use crate::model::{Moment, PhysicalState};
 
 use crate::model::{acceleration_size, force_terms};
 use crate::observer::Observer;
-use crate::quantity::{difference, larger, positive_part};
+use crate::quantity::{difference, larger};
 use crate::tolerance::{DEPENDENT, GAP_ROUNDING, PLACED_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 use std::cell::{Cell, OnceCell};
@@ -75,8 +75,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         let gaps = stops
             .clone()
             .map(|i| flow.gap_row(&scene.gap(i)).known_to(scene.form.rounding()));
-        let rebound =
-            |i: usize| (1.0 + g.restitutions[i]) / g.normals.column(i).dot(&g.reactions.column(i));
+        let rebound = |i: usize| g.law(i).rebound(g.give(i, i));
         Self {
             flow,
             timed,
@@ -169,20 +168,12 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         }
     }
 
-    /// The speed at which a stop recedes by its own motion.
-    #[inline]
-    pub(super) fn stop_speed(&self, stop: usize) -> f64 {
-        self.scene.stop_motion(stop, self.moment())[1]
-    }
-
     /// `(1 + e)/(n.b)` of a stop now.
     #[inline]
-    fn rebound(&self, stop: usize) -> f64 {
-        let e = self.timed.drifting_restitution(stop, self.clock.time());
-        let kept = self.rebounds[stop];
-        e.map_or(kept, |e| {
-            kept * (1.0 + e) / (1.0 + self.scene.geometry.restitutions[stop])
-        })
+    fn rebound_now(&self, stop: usize) -> f64 {
+        let drifting = self.timed.drifting_law(stop, self.clock.time());
+        let (kept, own) = (self.rebounds[stop], self.scene.geometry.law(stop));
+        drifting.map_or(kept, |law| kept * law.factor() / own.factor())
     }
 
     /// The moment, where the phase of the forcing is in its amplitude.
@@ -287,9 +278,9 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
     }
 
     #[inline]
-    fn restitution(&self, stop: usize) -> f64 {
-        let drifting = self.timed.drifting_restitution(stop, self.clock.time());
-        drifting.unwrap_or(self.scene.geometry.restitutions[stop])
+    fn law(&self, stop: usize) -> Newton {
+        let drifting = self.timed.drifting_law(stop, self.clock.time());
+        drifting.unwrap_or(self.scene.geometry.law(stop))
     }
 
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
@@ -298,8 +289,8 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
 
     fn delassus(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
         let g = &self.scene.geometry;
-        let normals = g.normals.select_columns(stops);
-        Ok(normals.tr_mul(&g.reactions.select_columns(stops)))
+        let (normals, reactions) = g.columns(stops);
+        Ok(normals.tr_mul(&reactions))
     }
 
     fn is_coupled(&self, one: usize, other: usize) -> bool {
@@ -388,32 +379,39 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     }
 }
 
-impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
-    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
-        let row = &self.velocity_rows[stop];
-        let receding = self.stop_speed(stop);
-        let approach = positive_part(along(row, &self.state) - receding);
-        let restitution = self.restitution(stop);
-        let (impulse, departure) = (self.rebound(stop) * approach, restitution * approach);
-        self.push(stop, impulse)?;
-        // A small departure is what is left of two large speeds: its rounding is taken off.
-        let left = along(&self.velocity_rows[stop], &self.state) - receding + departure;
-        self.push(stop, left * self.rebound(stop) / (1.0 + restitution))?;
-        Ok(NormalImpact {
-            approach,
-            departure,
-            impulse,
-        })
+impl<F: LinearFlow> NormalMotion for ClosedForm<'_, F> {
+    type Directions = usize;
+
+    fn directions(&self, stop: usize) -> Result<usize> {
+        Ok(stop)
     }
 
-    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
+    #[inline]
+    fn stop_speed(&self, stop: usize) -> f64 {
+        self.scene.stop_motion(stop, self.moment())[1]
+    }
+
+    fn speed_along(&self, &stop: &usize) -> f64 {
+        along(&self.velocity_rows[stop], &self.state)
+    }
+
+    fn impulse_of(&self, &stop: &usize, law: Newton, change: f64) -> f64 {
+        law.approach_by(change * self.rebound_now(stop))
+    }
+
+    fn rebound(&self, &stop: &usize, _law: Newton, approach: f64) -> f64 {
+        self.rebound_now(stop) * approach
+    }
+
+    fn push_along(&mut self, &stop: &usize, impulse: f64) {
         self.changed();
         for (z, jump) in self.state.iter_mut().zip(&self.scene.jumps[stop]) {
             *z = [0, 1].map(|c| difference(z[c], jump[c] * impulse));
         }
-        Ok(())
     }
+}
 
+impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
     fn put_on(&mut self, stops: &[usize]) -> Result<()> {
         let (mut q, v) = self.physical();
         put_onto_stops(&mut q, |q| Ok(self.stops_at(stops, q)))?;
@@ -424,8 +422,7 @@ impl<F: LinearFlow> Impacts for ClosedForm<'_, F> {
     fn raise(&mut self, stop: usize) -> Result<()> {
         self.changed();
         let g = &self.scene.geometry;
-        let (normal, reaction) = (g.normals.column(stop), g.reactions.column(stop));
-        let shift = reaction * (self.gap(stop).gap / normal.dot(&reaction));
+        let shift = g.reactions.column(stop) * (self.gap(stop).gap / g.give(stop, stop));
         let still = vec![0.0; shift.len()];
         let moved = self.scene.form.to_modal(shift.as_slice(), &still);
         for (z, step) in self.state.iter_mut().zip(&moved) {

@@ -11,6 +11,7 @@ use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::hybrid::scaled_units::ScaledUnits;
+use crate::impact::Newton;
 use crate::linalg::elementary::power_of_two;
 use crate::model::{
     Contact, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -282,24 +283,26 @@ impl IntegratedMaps {
         })
     }
 
-    /// The impact of some stops at a fixed time, and their impulses.
-    fn struck(&self, stops: &[usize], at: Moment, state: &mut [f64]) -> Result<Vec<f64>> {
-        let (q, v) = state.split_at_mut(state.len() / 2);
-        let mut normals = Vec::with_capacity(stops.len());
-        let mut reactions = Vec::with_capacity(stops.len());
+    /// The normals and reactions of some stops at a position.
+    fn directions_at(&self, stops: &[usize], q: &[f64]) -> Result<[Vec<DVector<f64>>; 2]> {
+        let mut both = [Vec::new(), Vec::new()];
         for &stop in stops {
-            let contact = &self.contacts[stop];
-            normals.push(contact.surface.normal(q)?);
-            reactions.push(self.reaction_at(stop, q)?);
+            both[0].push(self.contacts[stop].surface.normal(q)?);
+            both[1].push(self.reaction_at(stop, q)?);
         }
-        let approach = DVector::from_fn(stops.len(), |i, _| {
+        Ok(both)
+    }
+
+    /// The impact of some stops at a fixed time, and their impulses.
+    fn struck(&self, stops: &[usize], t: f64, state: &mut [f64]) -> Result<Vec<f64>> {
+        let (q, v) = state.split_at_mut(state.len() / 2);
+        let [normals, reactions] = self.directions_at(stops, q)?;
+        let changes = DVector::from_fn(stops.len(), |i, _| {
             let speed: f64 = normals[i].iter().zip(v.iter()).map(|(n, v)| n * v).sum();
-            let contact = &self.contacts[stops[i]];
-            let motion = contact.motion.as_ref();
-            let receding = motion.map_or(0.0, |motion| motion.along(at)[1]);
-            (1.0 + contact.restitution) * (speed - receding)
+            let receding = self.stop_motion(stops[i], t)[1];
+            self.law(stops[i]).change(speed - receding)
         });
-        let impulses = reaction_weights(&normals, &reactions, &approach)?;
+        let impulses = reaction_weights(&normals, &reactions, &changes)?;
         for (reaction, impulse) in reactions.iter().zip(impulses.iter()) {
             for (v, b) in v.iter_mut().zip(reaction.iter()) {
                 *v -= b * impulse;
@@ -374,50 +377,28 @@ impl HybridMaps for IntegratedMaps {
         if stops.is_empty() {
             return Ok(Vec::new());
         }
-        let at = self.moment(t);
         differentiated(state, deviations, |x| {
-            self.struck(stops, at, x.as_mut_slice())
+            self.struck(stops, t, x.as_mut_slice())
         })
     }
 
-    fn recoil(
-        &self,
-        stops: &[usize],
-        t: f64,
-        state: &DVector<f64>,
-    ) -> Result<Option<DVector<f64>>> {
-        let (q, at) = (&state.as_slice()[..state.len() / 2], self.moment(t));
-        let bends = stops.iter().map(|&stop| {
-            let contact = &self.contacts[stop];
-            let motion = contact.motion.as_ref();
-            (1.0 + contact.restitution) * motion.map_or(0.0, |motion| motion.along(at)[2])
-        });
-        let bends = DVector::from_iterator(stops.len(), bends);
-        if bends.iter().all(|bend| *bend == 0.0) {
-            return Ok(None);
-        }
-        let normals = stops
-            .iter()
-            .map(|&stop| self.contacts[stop].surface.normal(q));
-        let reactions = stops.iter().map(|&stop| self.reaction_at(stop, q));
-        let kick = along_reactions(
-            &normals.collect::<Result<Vec<_>>>()?,
-            &reactions.collect::<Result<Vec<_>>>()?,
-            &bends,
-        )?;
-        let mut rate = DVector::zeros(state.len());
-        rate.rows_mut(q.len(), q.len()).copy_from(&kick);
-        Ok(Some(rate))
+    fn kick(&self, stops: &[usize], state: &DVector<f64>, s: DVector<f64>) -> Result<DVector<f64>> {
+        let q = &state.as_slice()[..state.len() / 2];
+        let [normals, reactions] = self.directions_at(stops, q)?;
+        let changes = DVector::from_fn(s.len(), |i, _| self.law(stops[i]).change(s[i]));
+        along_reactions(&normals, &reactions, &changes)
+    }
+
+    fn stop_motion(&self, stop: usize, t: f64) -> [f64; 3] {
+        self.contacts[stop].own_motion(|| self.moment(t))
     }
 
     fn gap(&self, stop: usize, t: f64, state: &DVector<f64>) -> Result<GapAt> {
-        let q = &state.as_slice()[..state.len() / 2];
-        let (contact, at) = (&self.contacts[stop], self.moment(t));
-        let motion = contact.motion.as_ref();
+        let (contact, q) = (&self.contacts[stop], &state.as_slice()[..state.len() / 2]);
         Ok(GapAt {
-            gap: contact.gap(q, at)?,
+            gap: contact.gap(q, self.moment(t))?,
             gradient: -contact.surface.normal(q)?,
-            slope: motion.map_or(0.0, |motion| motion.along(at)[1]),
+            slope: self.stop_motion(stop, t)[1],
         })
     }
 
@@ -439,8 +420,8 @@ impl HybridMaps for IntegratedMaps {
         self.reaction_at(stop, &state.as_slice()[..state.len() / 2])
     }
 
-    fn restitution(&self, stop: usize) -> f64 {
-        self.contacts[stop].restitution
+    fn law(&self, stop: usize) -> Newton {
+        self.contacts[stop].law()
     }
 }
 

@@ -3,10 +3,9 @@
 use super::scene::Integrated;
 use crate::error::{Error, Result};
 use crate::flow::steps::{State, Stepper};
-use crate::hybrid::system::Present;
+use crate::hybrid::system::{NormalMotion, Present};
 use crate::impact::{StopsAt, project, put_onto_stops};
 use crate::model::Dynamics;
-use crate::quantity::difference;
 use nalgebra::DVector;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
@@ -55,43 +54,17 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         })
     }
 
-    /// The speed at which a stop recedes by its own motion.
-    pub(super) fn stop_speed(&self, stop: usize) -> f64 {
-        let motion = &self.contacts[stop].motion;
-        motion
-            .as_ref()
-            .map_or(0.0, |motion| motion.along(self.moment())[1])
-    }
-
-    /// The present speed along a normal.
-    pub(super) fn along(&self, normal: &[f64]) -> f64 {
-        dot(normal, &self.x.slice()[normal.len()..])
-    }
-
-    /// Changes the present velocity by so much against a direction.
-    pub(super) fn push_along(&mut self, direction: &[f64], impulse: f64) {
-        let v = &mut self.x.slice_mut()[direction.len()..];
-        for (v, b) in v.iter_mut().zip(direction) {
-            *v = difference(*v, b * impulse);
-        }
-        self.is_begun = false;
-    }
-
-    /// The normal of a stop and its reaction direction.
-    pub(super) fn directions(&self, stop: usize) -> Result<Directions<S>> {
-        self.directions_at(stop, &self.x.slice()[..self.n()])
-    }
-
-    /// The same at a position.
-    fn directions_at(&self, stop: usize, q: &[f64]) -> Result<Directions<S>> {
+    /// The normal of a stop and its reaction direction at a position.
+    pub(super) fn directions_at(&self, stop: usize, q: &[f64]) -> Result<Directions<S>> {
         let contact = &self.contacts[stop];
         let mut both = S::zeros(2 * q.len());
         let (normal, reaction) = both.slice_mut().split_at_mut(q.len());
         contact.surface.put_normal(q, normal)?;
         reaction.copy_from_slice(normal);
         let is_regular = contact.turn_to_reaction(self.scene.system(), q, reaction)?;
-        if is_regular && dot(normal, reaction) > 0.0 {
-            return Ok(Directions(both));
+        let give = dot(normal, reaction);
+        if is_regular && give > 0.0 {
+            return Ok(Directions { both, give });
         }
         Err(Error::bad_value(
             format!("stops[{stop}]"),
@@ -102,12 +75,16 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 }
 
 /// The normal of a stop and its reaction direction, in the room that a state takes.
-pub(super) struct Directions<S>(S);
+pub(crate) struct Directions<S> {
+    both: S,
+    /// `n.b`, above zero.
+    pub give: f64,
+}
 
 impl<S: State> Directions<S> {
     /// Normal and reaction.
     pub fn both(&self) -> (&[f64], &[f64]) {
-        let x = self.0.slice();
+        let x = self.both.slice();
         x.split_at(x.len() / 2)
     }
 }

@@ -1,7 +1,7 @@
 //! The traits of `hybrid/system.rs` for a scene that is integrated: gaps and their margins, accelerations, the impact of one stop,
 //! stops held.
 
-use super::normal::dot;
+use super::normal::{Directions, dot};
 use super::scene::{Integrated, parted};
 use crate::error::Result;
 use crate::model::PhysicalState;
@@ -11,17 +11,18 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{
-    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Impacts, NormalImpact, Present,
+    Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
-use crate::impact::wrapped;
+use crate::impact::{Newton, wrapped};
 use crate::model::{
-    Contact, Dynamics, GapValue, Surface, System, acceleration_size, are_coupled, force_terms,
-    places,
+    Contact, Dynamics, GapValue, Laws, Surface, System, acceleration_size, are_coupled,
+    force_terms, places,
 };
-use crate::quantity::positive_part;
+use crate::quantity::difference;
 use crate::tolerance::{RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Steps that a short flight with its impact is as much work as. [work]
 const STEPS_OF_SHORT_FLIGHT: usize = 16;
@@ -46,8 +47,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap> {
         let (contact, q, v) = (&self.contacts[stop], q.as_slice(), v.as_slice());
         let value = contact.along(|| self.moment(), (q, v, v), 0.0)?;
-        let motion = contact.motion.as_ref();
-        let motion = motion.map_or([0.0; 3], |motion| motion.along(self.moment()));
+        let motion = contact.own_motion(|| self.moment());
         let speed_size = contact.surface.speed_size(q, v)? + motion[1].abs();
         Ok(GivenGap {
             gap: (value.gap, value.size),
@@ -84,9 +84,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> 
         self.contacts.len()
     }
 
-    fn restitution(&self, stop: usize) -> f64 {
-        let drifting = self.scene.drifting_restitution(stop, self.clock.time());
-        drifting.unwrap_or(self.contacts[stop].restitution)
+    fn law(&self, stop: usize) -> Newton {
+        let drifting = |laws: &Arc<Laws>| laws.law(stop, self.clock.time());
+        let drifting = self.scene.laws().and_then(drifting);
+        drifting.unwrap_or(self.contacts[stop].law())
     }
 
     fn normals(&self, stops: &[usize]) -> Result<DMatrix<f64>> {
@@ -184,35 +185,36 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     }
 }
 
-impl<S: State, D: Dynamics, P: Stepper<S>> Impacts for Integrated<'_, S, D, P> {
-    fn strike(&mut self, stop: usize) -> Result<NormalImpact> {
-        let directions = self.directions(stop)?;
-        let (normal, reaction) = directions.both();
-        let receding = self.stop_speed(stop);
-        let approach = positive_part(self.along(normal) - receding);
-        let restitution = self.restitution(stop);
-        let give = dot(normal, reaction);
-        let (impulse, departure) = (
-            (1.0 + restitution) * approach / give,
-            restitution * approach,
-        );
-        self.push_along(reaction, impulse);
-        // A small departure is what is left of two large speeds: its rounding is taken off.
-        let left = self.along(normal) - receding + departure;
-        self.push_along(reaction, left / give);
-        Ok(NormalImpact {
-            approach,
-            departure,
-            impulse,
-        })
+impl<S: State, D: Dynamics, P: Stepper<S>> NormalMotion for Integrated<'_, S, D, P> {
+    type Directions = Directions<S>;
+
+    fn directions(&self, stop: usize) -> Result<Directions<S>> {
+        self.directions_at(stop, &self.x.slice()[..self.n()])
     }
 
-    fn push(&mut self, stop: usize, impulse: f64) -> Result<()> {
-        let directions = self.directions(stop)?;
-        self.push_along(directions.both().1, impulse);
-        Ok(())
+    fn stop_speed(&self, stop: usize) -> f64 {
+        self.contacts[stop].own_motion(|| self.moment())[1]
     }
 
+    fn speed_along(&self, directions: &Directions<S>) -> f64 {
+        dot(directions.both().0, &self.x.slice()[self.n()..])
+    }
+
+    fn impulse_of(&self, directions: &Directions<S>, _law: Newton, change: f64) -> f64 {
+        change / directions.give
+    }
+
+    fn push_along(&mut self, directions: &Directions<S>, impulse: f64) {
+        let reaction = directions.both().1;
+        let v = &mut self.x.slice_mut()[reaction.len()..];
+        for (v, b) in v.iter_mut().zip(reaction) {
+            *v = difference(*v, b * impulse);
+        }
+        self.is_begun = false;
+    }
+}
+
+impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
     fn put_on(&mut self, stops: &[usize]) -> Result<()> {
         self.move_onto(stops)?;
         self.evaluate_gaps()

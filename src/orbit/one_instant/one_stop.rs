@@ -42,16 +42,13 @@ impl PeriodicConditions<'_> {
         }
         let (scene, g) = (self.scene, &self.scene.geometry);
         let (velocity, position) = (&scene.velocity_rows[stop], &scene.position_rows[stop]);
-        let (e, delassus) = (
-            g.restitutions[stop],
-            g.normals.column(stop).dot(&g.reactions.column(stop)),
-        );
+        let (law, delassus) = (g.law(stop), g.give(stop, stop));
         let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
         let (w, push) = (or_one(scene.frequency), 1.0 / or_one(delassus.abs()));
-        let speed = self.driven(0, velocity).map(|x| (1.0 + e) * x);
+        let speed = self.driven(0, velocity).map(|x| law.factor() * x);
         let place = self.driven(0, position).map(|x| w * x);
         let response = 1.0 / or_one(speed.iter().chain(&place).fold(0.0, |m, x| x.abs().max(m)));
-        let repeat = ((1.0 + e) * self.pushed(velocity, stop) + e * delassus) * push;
+        let repeat = law.residual(self.pushed(velocity, stop), delassus) * push;
         let contact = w * self.pushed(position, stop) * push;
         Some(OneStop {
             rows: [

@@ -143,10 +143,7 @@ impl<'a> PeriodicConditions<'a> {
 
     /// `n_a . b_b` of the stops hit.
     pub(in crate::orbit) fn delassus(&self) -> DMatrix<f64> {
-        let (n, b) = (&self.scene.geometry.normals, &self.scene.geometry.reactions);
-        DMatrix::from_fn(self.stops.len(), self.stops.len(), |i, j| {
-            n.column(self.stops[i]).dot(&b.column(self.stops[j]))
-        })
+        self.scene.geometry.delassus(self.stops)
     }
 
     /// The clearances of the stops hit, with the means of their motions.
@@ -164,23 +161,24 @@ impl<'a> PeriodicConditions<'a> {
         let velocity = self.sums(&self.scene.velocity_rows);
         let delassus = self.delassus();
         for (a, &stop) in self.stops.iter().enumerate() {
-            let e = self.scene.geometry.restitutions[stop];
+            let law = self.scene.geometry.law(stop);
+            let factor = law.factor();
             for b in 0..k {
-                matrix[(a, b)] = (1.0 + e) * velocity.by_impulse[(a, b)] + e * delassus[(a, b)];
+                matrix[(a, b)] = law.residual(velocity.by_impulse[(a, b)], delassus[(a, b)]);
             }
             for c in 0..self.n_phases() {
-                matrix[(a, inner + c)] = (1.0 + e) * velocity.by_phase[(a, c)];
+                matrix[(a, inner + c)] = factor * velocity.by_phase[(a, c)];
             }
             // Relative to a stop that moves: n.v - c'.
             for (harmonic, [_, speed]) in self.stop_amplitudes(stop) {
-                matrix[(a, inner + 2 * harmonic)] -= (1.0 + e) * speed.re;
-                matrix[(a, inner + 2 * harmonic + 1)] += (1.0 + e) * speed.im;
+                matrix[(a, inner + 2 * harmonic)] -= factor * speed.re;
+                matrix[(a, inner + 2 * harmonic + 1)] += factor * speed.im;
             }
             // At an equilibrium nothing moves, but what is eliminated of one may: the resonant blocks have the rest.
             if !self.resonant.is_empty() {
-                rhs[a] = -(1.0 + e) * velocity.constant[a];
+                rhs[a] = -factor * velocity.constant[a];
             }
-            self.put_resonant(&mut matrix, a, 1.0 + e, &self.scene.velocity_rows[stop]);
+            self.put_resonant(&mut matrix, a, factor, &self.scene.velocity_rows[stop]);
         }
         self.put_repetition(&mut matrix, &mut rhs);
         (matrix, rhs)

@@ -54,17 +54,13 @@ pub(crate) fn settle_speeds(
     after: &mut [Pair],
 ) -> Result<()> {
     let g = &scene.geometry;
-    let (normals, reactions) = (
-        g.normals.select_columns(stops),
-        g.reactions.select_columns(stops),
-    );
+    let (normals, reactions) = g.columns(stops);
     let changes = normals.tr_mul(&(reactions * DVector::from_column_slice(impulses)));
     // An impulse to each approach (1 + e) times too small takes away that much speed and no more.
     let left = DVector::from_fn(stops.len(), |i, _| {
-        let e = g.restitutions[stops[i]];
+        let law = g.law(stops[i]);
         let relative = along(&scene.velocity_rows[stops[i]], after) - receding[i];
-        let speed = relative + e / (1.0 + e) * changes[i];
-        speed / (1.0 + e)
+        law.approach_by(relative + law.departure_by(changes[i]))
     });
     let pushes = impulse_matrix(g, stops)? * left;
     for (&stop, &push) in stops.iter().zip(pushes.iter()) {

@@ -290,7 +290,7 @@ pub(crate) fn check_landings(scene: &Scene, stages: &[ContactStage]) -> Result<(
         let before = &stages[(k + stages.len() - 1) % stages.len()].held;
         let mut caught = stops.iter().filter(|stop| stage.held.contains(stop));
         if let Some(&stop) =
-            caught.find(|&&stop| !before.contains(&stop) && contacts[stop].restitution > 0.0)
+            caught.find(|&&stop| !before.contains(&stop) && !contacts[stop].law().is_inelastic())
         {
             let rule = "its impacts must accumulate while no other stop is held or hit; of other contacts that come to rest \
                         with e > 0 there is no Jacobian";

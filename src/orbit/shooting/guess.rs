@@ -12,7 +12,7 @@ use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
 use crate::simulate::{ImpactSide, SimulateOptions, Trajectory, simulate};
-use crate::tolerance::{GUESS_RUN_PERIODS, GUESS_WAIT_PERIODS, RATIO_TOL, RETURNED, STATE_AT_REST};
+use crate::tolerance::{GUESS_RUN_PERIODS, GUESS_WAIT_PERIODS, RETURNED, STATE_AT_REST};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
@@ -194,11 +194,11 @@ pub(crate) fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
     let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
     for mut instant in instants {
         if let Event::Chatter(stop) = instant.event {
-            let e = contacts[stop].restitution;
+            let law = contacts[stop].law();
             let is_bounce = |i: &Instant| i.held.is_empty() && i.event == Event::Strike(vec![stop]);
             while let [.., before, last] = kept.as_slice() {
-                let ratio = last.approach / before.approach / e;
-                if !(is_bounce(before) && is_bounce(last) && (ratio - 1.0).abs() < RATIO_TOL) {
+                let is_repeated = law.is_repeated(before.approach, last.approach);
+                if !(is_bounce(before) && is_bounce(last) && is_repeated) {
                     break;
                 }
                 instant.time = last.time;

@@ -57,7 +57,7 @@ pub(crate) fn images(
                 return Ok(false);
             }
         }
-        Ok(motion.restitution(stop) == motion.restitution(other))
+        Ok(motion.law(stop) == motion.law(other))
     };
     let n_stops = scene.stops().len();
     let mut images = Vec::new();

@@ -71,7 +71,7 @@ impl<'a> TwoInstantConditions<'a> {
         let eliminated_rows = [&instant.stops[..first], &instant.stops[first..]].map(|stops| {
             let velocity = stops.iter().map(|&a| {
                 (
-                    -1.0 - scene.geometry.restitutions[a],
+                    -scene.geometry.law(a).factor(),
                     pick(&scene.velocity_rows[a]),
                 )
             });
@@ -186,7 +186,7 @@ impl<'a> TwoInstantConditions<'a> {
             let stop = self.instant.stops[a];
             let velocity = (
                 a,
-                1.0 + scene.geometry.restitutions[stop],
+                scene.geometry.law(stop).factor(),
                 &scene.velocity_rows[stop],
             );
             for (row, factor, seen) in [velocity, (inner + a, 1.0, &scene.position_rows[stop])] {

@@ -41,8 +41,8 @@ impl TwoInstantConditions<'_> {
         } else {
             (places.1, 1.0)
         };
-        let restitution = self.scene().geometry.restitutions[self.instant.stops[place]];
-        (restitution < f64::MIN_POSITIVE).then_some((place, factor))
+        let law = self.scene().geometry.law(self.instant.stops[place]);
+        (law.restitution < f64::MIN_POSITIVE).then_some((place, factor))
     }
 
     /// The scaled equations for impulses, states and phase with the clearances given: all rows but the contacts, and the

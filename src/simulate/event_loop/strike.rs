@@ -10,9 +10,7 @@ use crate::model::impulses_of;
 use crate::quantity::positive_part;
 use crate::simulate::options::Keep;
 use crate::simulate::record::Record;
-use crate::tolerance::{
-    GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING, RATIO_TOL, SPEED_ROUNDING,
-};
+use crate::tolerance::{GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING, SPEED_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 
 /// Number of earlier impacts whose speeds set the rounding of the next ones, in a check that debug builds alone make. [work]
@@ -94,7 +92,7 @@ impl EventLoop {
                 acceleration,
                 ..
             } = system.gap(stop);
-            let departure = system.restitution(stop) * speed;
+            let departure = system.law(stop).departure(speed);
             self.is_low((stop, departure), -acceleration, GAP_ROUNDING)
         };
         if self.held.is_empty() && !self.touching.iter().any(may_rest) {
@@ -106,17 +104,17 @@ impl EventLoop {
             if !self.closes_at(system, stop, state) {
                 continue;
             }
-            let (e, speed) = (system.restitution(stop), -state.speed);
-            if e <= 0.0 || e >= 1.0 {
+            let (law, speed) = (system.law(stop), -state.speed);
+            if !law.is_contracting() {
                 return Ok(false);
             }
             let pull = -self.drawn(system, (stop, state), &self.held)?;
             let before = self.approaches[stop];
-            let is_regular = (speed / before / e - 1.0).abs() < RATIO_TOL;
-            let is_low = |speed, rounding| self.is_low((stop, e * speed), pull, rounding);
+            let is_regular = law.is_repeated(before, speed);
+            let is_low = |speed, part| self.is_low((stop, law.departure(speed)), pull, part);
             let flight = self.departure.map(|then| then.until(system.clock()));
             let is_fed = || {
-                let fall = 2.0 * e * before / pull;
+                let fall = 2.0 * law.restitution * before / pull;
                 is_low(before, GAP_ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
             };
             let rounding = if is_regular || is_fed() {
@@ -205,7 +203,7 @@ impl EventLoop {
         }
         let state = system.gap(stop);
         let chatter = CompleteChatter {
-            restitution: system.restitution(stop),
+            law: system.law(stop),
             speed: state.speed,
             acceleration: self.drawn(system, (stop, state), &self.held)?,
         };
@@ -227,7 +225,7 @@ impl EventLoop {
 
     /// The restitution coefficients of the stops in contact.
     fn restitutions<Y: HybridSystem + ?Sized>(&self, system: &Y) -> DVector<f64> {
-        let each = self.touching.iter().map(|&stop| system.restitution(stop));
+        let each = (self.touching.iter()).map(|&stop| system.law(stop).restitution);
         DVector::from_iterator(self.touching.len(), each)
     }
 

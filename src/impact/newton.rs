@@ -1,0 +1,113 @@
+//! Newton's law of one impact (theory 1): a rigid, frictionless stop reverses the normal speed by its restitution e, whatever the direction
+//! b of its reaction. Speeds along the normal are `s = n.v - c'`, relative to the stop's own speed c' and positive towards it; an impulse p
+//! changes the velocity by `-b p`, the normal speed by `-(n.b) p`.
+
+use crate::model::{Contact, ContactGeometry, Laws};
+use crate::tolerance::RATIO_TOL;
+
+/// The law `s+ = -e s-` of one stop, e in [0, 1].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Newton {
+    /// The restitution e \[-\].
+    pub restitution: f64,
+}
+
+impl Newton {
+    pub const fn new(restitution: f64) -> Self {
+        Self { restitution }
+    }
+
+    /// `1 + e`: the change of normal speed to an approach speed of one.
+    pub const fn factor(self) -> f64 {
+        1.0 + self.restitution
+    }
+
+    /// The change of normal speed to an approach speed, `(1 + e) s`.
+    pub const fn change(self, approach: f64) -> f64 {
+        self.factor() * approach
+    }
+
+    /// The speed away from the stop after an approach, `e s`.
+    pub const fn departure(self, approach: f64) -> f64 {
+        self.restitution * approach
+    }
+
+    /// The part of a change of normal speed that is the departure, `e/(1 + e)` of it.
+    pub const fn departure_by(self, change: f64) -> f64 {
+        self.restitution / self.factor() * change
+    }
+
+    /// The approach speed to which a change of normal speed belongs, `1/(1 + e)` of it.
+    pub const fn approach_by(self, change: f64) -> f64 {
+        change / self.factor()
+    }
+
+    /// What a speed s+ after an impact and its change `s- - s+` leave of the law, `s+ + e s- = (1 + e) s+ + e (s- - s+)`.
+    pub const fn residual(self, after: f64, change: f64) -> f64 {
+        self.factor() * after + self.restitution * change
+    }
+
+    /// The impulse to an approach speed of one, `(1 + e)/(n.b)`.
+    pub const fn rebound(self, give: f64) -> f64 {
+        self.factor() / give
+    }
+
+    /// Whether all speed is taken: the stop may hold from then on.
+    pub fn is_inelastic(self) -> bool {
+        self.restitution == 0.0
+    }
+
+    /// Whether impacts accumulate under a force that draws back to the stop: their speeds are a geometric series, `0 < e < 1`.
+    pub fn is_contracting(self) -> bool {
+        self.restitution > 0.0 && self.restitution < 1.0
+    }
+
+    /// Whether two successive approach speeds are in the ratio e, as where impacts accumulate.
+    pub fn is_repeated(self, before: f64, next: f64) -> bool {
+        (next / before / self.restitution - 1.0).abs() < RATIO_TOL
+    }
+}
+
+impl ContactGeometry {
+    /// The law of a stop.
+    #[inline]
+    pub(crate) fn law(&self, stop: usize) -> Newton {
+        Newton::new(self.restitutions[stop])
+    }
+}
+
+impl Contact {
+    /// The law of the stop.
+    pub(crate) const fn law(&self) -> Newton {
+        Newton::new(self.restitution)
+    }
+}
+
+impl Laws {
+    /// The law of a stop at a time, where it drifts.
+    #[inline]
+    pub(crate) fn law(&self, stop: usize, t: f64) -> Option<Newton> {
+        self.restitution(stop, t).map(Newton::new)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_impact_leaves_nothing_of_the_law() {
+        for e in [0.0, 0.3, 0.5, 1.0] {
+            let (law, approach) = (Newton::new(e), 0.7);
+            let change = law.change(approach);
+            assert!((change - approach - law.departure(approach)).abs() < 1e-16);
+            assert!(law.residual(-law.departure(approach), change).abs() < 1e-15);
+            assert!((law.approach_by(change) - approach).abs() < 1e-15);
+            assert!((law.departure_by(change) - law.departure(approach)).abs() < 1e-15);
+            assert!((law.rebound(4.0) * approach * 4.0 - change).abs() < 1e-15);
+            assert_eq!(law.is_contracting(), e == 0.3 || e == 0.5);
+            assert_eq!(law.is_inelastic(), e == 0.0);
+            assert!(e == 0.0 || law.is_repeated(approach, law.departure(approach)));
+        }
+    }
+}
