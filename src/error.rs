@@ -76,10 +76,13 @@ impl Error {
     }
 }
 
+/// Sizes of numbers that are shown without an exponent. [exact]
+const PLAIN_SIZES: std::ops::Range<f64> = 1e-4..1e7;
+
 /// A number as messages show it, to six digits; with an exponent where it is very small or large.
 pub(crate) fn digits(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
-    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) || !x.is_finite() {
+    if rounded == 0.0 || PLAIN_SIZES.contains(&rounded.abs()) || !x.is_finite() {
         format!("{rounded}")
     } else {
         format!("{rounded:e}")

@@ -3,6 +3,9 @@
 use crate::error::{Error, Result};
 use nalgebra::{Complex, DMatrix, DVector};
 
+/// Bytes of a gigabyte. [exact]
+const GIGABYTE: f64 = 1e9;
+
 /// Restitution coefficient `e` in [0, 1]: minus the ratio of the normal velocity after an impact to the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Restitution(f64);
@@ -136,7 +139,7 @@ pub(crate) fn room_for(what: &str, rows: usize, columns: usize) -> Result<()> {
     }
     Err(Error::OutOfMemory {
         what: what.to_owned(),
-        gigabytes: rows as f64 * columns as f64 * size_of::<f64>() as f64 * 1e-9,
+        gigabytes: rows as f64 * columns as f64 * size_of::<f64>() as f64 / GIGABYTE,
     })
 }
 

@@ -74,10 +74,23 @@ pub(crate) const SYMMETRY_TOL: f64 = 1e-12;
 pub(crate) const SAFE_PIVOT: f64 = 1e-8;
 /// A product of a reaction direction and a free direction below this part of their lengths is zero.
 pub(crate) const ORTHOGONAL_TOL: f64 = 1e-12;
+/// Entries of a recovery matrix whose stops have dependent normals may differ by this part of the largest from what each stop asks for:
+/// then their restitutions agree.
+pub(crate) const AGREEING_RESTITUTION: f64 = 1e-10;
 /// Deviation of a given recovery matrix from a rule, relative to the sizes of its entries, that counts as rounding.
 pub(crate) const AUDIT_TOL: f64 = 1e-9;
 
 // --- Modes and flows.
+
+/// Below this argument `sin(x)/x` is `1 - x^2/6` to the last digit.
+pub(crate) const SINC_SERIES: f64 = 1e-4;
+/// Squared frequencies of a real form that differ by no more than this part, or by their rounding, are those of a cluster, whose shapes
+/// are chosen anew.
+pub(crate) const EQUAL_FREQUENCIES: f64 = 1e-12;
+/// Moduli of eigenvalues in the order of their modes are compared in this many parts of the largest.
+pub(crate) const MODULUS_PARTS: f64 = 1e9;
+/// The shift by which a matrix whose Schur form does not come is tried again, in parts of its largest entry.
+pub(crate) const SCHUR_SHIFT: f64 = 1e-3;
 
 /// An off-diagonal entry of the modal damping below this part of the larger diagonal entry of its two modes, or of the sizes of its own
 /// terms, is rounding.
@@ -174,6 +187,8 @@ pub(crate) const LEFT_BOX: f64 = 1e3;
 /// States nearer to each other than this part of the motion are one: it decides whether a motion repeats itself, whether two orbits are
 /// one, and whether a search has advanced. The default tolerances of integration are far below it.
 pub(crate) const SAME_STATE: f64 = 1e-6;
+/// Rounding of positions in parts of the largest, below which states that repeat themselves do not tell whether they drift.
+pub(crate) const RECURRENCE_ROUNDING: f64 = 1e2 * f64::EPSILON;
 /// Two sets are one where for at least this part of the states of either the nearest neighbour belongs to the other; of one set it is a
 /// half, but for chance and for motions that stay in a part of it for long.
 pub(crate) const SHARED_MANY: f64 = 0.25;
@@ -357,6 +372,19 @@ pub(crate) const STEP_SAFETY: f64 = 0.9;
 /// Error of a step, in units of the tolerance, below which the controller no longer heeds it when it sets the next step: the value of the
 /// codes of Hairer, Norsett and Wanner I, section IV.2.
 pub(crate) const LEAST_STEP_ERROR: f64 = 1e-4;
+/// Errors of a step below this part of what is allowed make the next one no longer than this does.
+pub(crate) const LEAST_SCALED_ERROR: f64 = 1e-10;
+/// A state or its rate below this, in units of the tolerance, says nothing of the length of a first step, which is then
+/// [`SMALL_FIRST_STEP`].
+pub(crate) const SMALL_STATE: f64 = 1e-5;
+/// The first step that is tried where the state says nothing of its length [s].
+pub(crate) const SMALL_FIRST_STEP: f64 = 1e-6;
+/// The part of a first step by which an Euler step may move the state, or the error of the method may be of the tolerance.
+pub(crate) const EULER_STEP_PART: f64 = 0.01;
+/// Rates below this, in units of the tolerance, are none: the first step is [`FIRST_STEP_OF_REST`] of the one that was tried.
+pub(crate) const NO_RATE: f64 = 1e-15;
+/// The first step of a motion at rest, in parts of the one that was tried.
+pub(crate) const FIRST_STEP_OF_REST: f64 = 1e-3;
 /// Number of steps limited by stability after which a motion is called stiff, unless [`SOUND_STEPS`] in a row between them are not: the
 /// values of the codes of Hairer and Wanner II, section IV.2.
 pub(crate) const STIFF_STEPS: u32 = 15;
@@ -414,6 +442,8 @@ pub(crate) const FAR_QUINTIC_TURN: f64 = 3.0;
 /// Step of the difference of a gap's accelerations that its third derivative is, in parts of the time in which the motion changes little;
 /// lengthened up to 1e4 times where the difference is rounding.
 pub(crate) const JERK_STEP: f64 = 1e-4;
+/// The steps that are tried in turn, in units of the shortest.
+pub(crate) const JERK_STEPS: [f64; 5] = [1.0, 10.0, 1e2, 1e3, 1e4];
 /// A correction of a step's length to a contact below this part of the step, times the root of the relative tolerance, moves the state by
 /// its Taylor series of second order: the velocity is then wrong by 5e-5 of the tolerance.
 pub(crate) const TAYLOR_STEP_PART: f64 = 1e-2;

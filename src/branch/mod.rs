@@ -1,4 +1,12 @@
 //! Branches: periodic motions followed over a number of their scene (theory 19).
+//!
+//! Unknown are a periodic motion, as the states (q, v) at which its flights begin and the times of its events (`parametric_loop.rs`), and
+//! the value p of the number. They are scaled: positions and velocities by units of the motion, times by the forcing, so that they are
+//! phases \[rad\], and p by the range over which it may go; arclength \[-\] is the mean square of those of the motion beside that of p.
+//! `equations.rs` has the equations and their Jacobian, `predictor.rs` and `corrector.rs` one step, `step_control.rs` its length, `walk.rs`
+//! one half of a branch; `test_functions.rs` says what changes sign where, `locator.rs` and `interpolation_locator.rs` find it,
+//! `boundary.rs` names the rule of contact that is broken there, `switching.rs` finds the branches that begin there. `curve` follows
+//! special points over two numbers.
 
 mod accumulation;
 mod advance;

@@ -42,12 +42,15 @@ pub struct ContinuationOptions {
     pub symmetric: Option<bool>,
 }
 
+/// The shortest, the first and the longest step that are usual, in arclength. [work]
+const USUAL_STEPS: [f64; 3] = [1e-8, 1e-3, 0.05];
+
 impl Default for ContinuationOptions {
     fn default() -> Self {
         Self {
             heading: Heading::Both,
             max_points: 2000,
-            steps: [1e-8, 1e-3, 0.05],
+            steps: USUAL_STEPS,
             beyond: Virtual::Stop,
             symmetric: None,
         }

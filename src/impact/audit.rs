@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::impact::newton::Newton;
 use crate::linalg::{eigen, rank};
 use crate::quantity::{finite_square, finite_vector};
-use crate::tolerance::AUDIT_TOL;
+use crate::tolerance::{AUDIT_TOL, SYMMETRY_TOL};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// What [`audit_recovery`] found.
@@ -58,7 +58,7 @@ pub fn audit_recovery(
         }
     }
     let factor = Cholesky::new(mass.clone())
-        .filter(|_| (mass - mass.transpose()).amax() <= 1e-12 * mass.amax())
+        .filter(|_| (mass - mass.transpose()).amax() <= SYMMETRY_TOL * mass.amax())
         .ok_or_else(|| {
             Error::bad_value(
                 "mass",

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::linalg::rank;
 use crate::model::{ContactGeometry, Scene};
 use crate::quantity::room_for;
-use crate::tolerance::DEPENDENT;
+use crate::tolerance::{AGREEING_RESTITUTION, DEPENDENT};
 use nalgebra::{DMatrix, DVector};
 
 /// `(N^T B)^-1 (I + E)` for the stops hit: what turns approach speeds into impulses, shape `(k, k)`.
@@ -38,7 +38,7 @@ pub(crate) fn impulse_matrix(geometry: &ContactGeometry, stops: &[usize]) -> Res
         let wanted = DMatrix::from_fn(k, normals.nrows(), |i, j| {
             -geometry.law(stops[i]).restitution * normals[(j, i)]
         });
-        if (result - wanted).amax() > 1e-10 * normals.amax() {
+        if (result - wanted).amax() > AGREEING_RESTITUTION * normals.amax() {
             return Err(Error::bad_value(
                 "pattern",
                 format!("{stops:?}"),

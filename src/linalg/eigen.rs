@@ -6,7 +6,9 @@ use crate::linalg::compensated::dot;
 use crate::linalg::francis;
 use crate::observer::apart;
 use crate::quantity::room_for;
-use crate::tolerance::{CLOSE_ROOTS, ROOT_REFINEMENT, UNBALANCED_RATIO, VECTOR_REFINEMENT};
+use crate::tolerance::{
+    CLOSE_ROOTS, ROOT_REFINEMENT, SCHUR_SHIFT, UNBALANCED_RATIO, VECTOR_REFINEMENT,
+};
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn, SMatrix, Schur, SymmetricEigen};
 use std::borrow::Cow;
@@ -109,7 +111,7 @@ fn complex_schur(a: &DMatrix<f64>) -> Result<(DMatrix<Complex<f64>>, DMatrix<Com
         return Ok(schur.unpack());
     }
     let scale = a.amax().max(f64::MIN_POSITIVE);
-    let shift = 1e-3 * scale;
+    let shift = SCHUR_SHIFT * scale;
     if let Some(schur) = Schur::try_new(
         complex(&(a + DMatrix::identity(n, n) * shift)),
         f64::EPSILON,

@@ -1,11 +1,12 @@
 //! The phi functions of exponential integrators, `phi1(z) = (e^z - 1)/z` and its divided difference, without
 //! cancellation anywhere in the complex plane.
 
+use crate::tolerance::SINC_SERIES;
 use nalgebra::Complex;
 
 /// `sin(x)/x`, 1 at 0.
 pub(crate) fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 {
+    if x.abs() < SINC_SERIES {
         1.0 - x * x / 6.0
     } else {
         x.sin() / x

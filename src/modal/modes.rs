@@ -7,6 +7,7 @@ use crate::modal::complex::{scaled_state_matrix, state_matrix};
 use crate::modal::real::{RealModes, Shapes};
 use crate::model::LinearSystem;
 use crate::quantity::room_for;
+use crate::tolerance::MODULUS_PARTS;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Modes of a linear system, ascending in frequency, shapes mass-normalised with their largest entry positive.
@@ -148,7 +149,7 @@ fn general(system: &LinearSystem, real: Option<RealModes>) -> Result<Spectrum> {
     let mut order: Vec<usize> = (0..2 * n).collect();
     // By modulus; of a pair, the positive imaginary part first.
     order.sort_by(|&i, &j| {
-        let key = |k: usize| (roots[k].norm() * 1e9 / roots.camax()).round();
+        let key = |k: usize| (roots[k].norm() * MODULUS_PARTS / roots.camax()).round();
         key(i)
             .total_cmp(&key(j))
             .then(roots[j].im.total_cmp(&roots[i].im))

@@ -5,7 +5,7 @@ use crate::linalg::elementary::{exp, sin_cos};
 use crate::linalg::exponential::{phi1, sinc};
 use crate::linalg::plane::Pair;
 use crate::modal::regime::{over_load_response, under_one_minus_cp};
-use crate::tolerance::FAR_FROM_ONE;
+use crate::tolerance::{FAR_FROM_ONE, SINC_SERIES};
 use nalgebra::Complex;
 
 /// A 2 by 2 real matrix by rows.
@@ -65,7 +65,7 @@ impl Propagation {
                 eta,
                 damped_frequency: wd,
             } => {
-                let s = if (wd * t).abs() < 1e-4 {
+                let s = if (wd * t).abs() < SINC_SERIES {
                     power * t * sinc(wd * t)
                 } else {
                     power * sin / wd

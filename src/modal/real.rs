@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::linalg::plane::Pair;
 use crate::linalg::{compensated, eigen, graded};
 use crate::model::LinearSystem;
-use crate::tolerance::PROPORTIONAL_TOL;
+use crate::tolerance::{EQUAL_FREQUENCIES, PROPORTIONAL_TOL};
 use nalgebra::{DMatrix, DVector};
 
 /// M-orthonormal mode shapes, ascending in frequency; for a diagonal system each mode is one coordinate.
@@ -231,7 +231,9 @@ fn rotate_clusters(
     let mut start = 0;
     while start < n {
         let mut end = start + 1;
-        while end < n && w2[end] - w2[start] <= 1e-12 * w2[start].abs() + rounding[start] {
+        while end < n
+            && w2[end] - w2[start] <= EQUAL_FREQUENCIES * w2[start].abs() + rounding[start]
+        {
             end += 1;
         }
         if end > start + 1 {

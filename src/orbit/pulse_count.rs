@@ -16,6 +16,8 @@ const MARGINAL_RADIUS: f64 = 1.0 + MARGINAL;
 const MOST_WINDING_POINTS: usize = 20_000;
 /// Points of half the circle between which a multiplier on it is sought. [work]
 const CIRCLE_POINTS: i32 = 400;
+/// The angle between the first two places of those steps \[rad\]. [work]
+const SECOND_MULTIPLIER_ANGLE: f64 = 1e-3;
 /// Secant steps towards one multiplier. [work]
 const MOST_MULTIPLIER_SECANTS: usize = 30;
 
@@ -84,7 +86,7 @@ impl Pulses {
         });
         let found = lows.filter_map(|k| {
             let mut last = Complex::from_polar(1.0, angle(k));
-            let mut found = last * Complex::from_polar(1.0, 1e-3);
+            let mut found = last * Complex::from_polar(1.0, SECOND_MULTIPLIER_ANGLE);
             let mut before = at(last);
             for _ in 0..MOST_MULTIPLIER_SECANTS {
                 let here = at(found);

@@ -3,7 +3,7 @@
 
 use crate::error::digits;
 use crate::recurrence::measure::Measure;
-use crate::tolerance::SAME_STATE;
+use crate::tolerance::{RECURRENCE_ROUNDING, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
 
 /// After how many strobes the states, one a row, repeat themselves: the smallest number up to a longest one for which all those after it
@@ -84,7 +84,7 @@ pub(crate) fn advance(states: &DMatrix<f64>, measure: &Measure, longest: usize) 
         })
     };
     // Positions far away are known to their rounding alone.
-    let rounding = 1e2 * f64::EPSILON * states.columns(0, n).amax();
+    let rounding = RECURRENCE_ROUNDING * states.columns(0, n).amax();
     let speed = measure.size(&velocities_alone(states));
     let found = |period: usize| {
         let by = of(count - 1, period).rows(0, n).into_owned();

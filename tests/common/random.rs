@@ -77,15 +77,19 @@ pub struct Cases {
     pub seed: u64,
     count: usize,
     only: Option<usize>,
+    /// The cases among which what is seen in a hundred of the usual seed must be seen: others have fewer of what is rare.
+    hundred: usize,
 }
 
 impl Cases {
     /// What is looked at where the environment says nothing.
     pub fn new(seed: u64, count: usize) -> Self {
+        let own = chosen("VIBROIMPACT_SEED");
         Self {
-            seed: chosen("VIBROIMPACT_SEED").unwrap_or(seed),
+            seed: own.unwrap_or(seed),
             count: chosen("VIBROIMPACT_CASES").unwrap_or(count),
             only: chosen("VIBROIMPACT_CASE"),
+            hundred: if own.is_some() { 500 } else { 100 },
         }
     }
 
@@ -106,7 +110,7 @@ impl Cases {
 
     /// Whether so many in a hundred cases, or more, have shown what is looked for: else a test would say little.
     pub fn have(&self, seen: usize, in_a_hundred: usize) -> bool {
-        self.is_one() || 100 * seen >= in_a_hundred * self.count
+        self.is_one() || seen >= in_a_hundred * self.count / self.hundred
     }
 }
 

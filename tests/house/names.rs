@@ -245,6 +245,51 @@ fn what_decides_an_outcome_stands_among_the_tolerances() {
     );
 }
 
+/// Numbers with an exponent that are no constants.
+fn nameless(files: &[(String, String)]) -> Vec<String> {
+    let mut found = Vec::new();
+    for (path, text) in files {
+        let mut is_constant = false;
+        for line in without_tests(text).lines() {
+            let code = line.split("//").next().unwrap_or_default();
+            let own = unqualified(code.trim_start());
+            is_constant |= own.starts_with("const ") || own.starts_with("static ");
+            let plain: String = code.split('"').step_by(2).collect();
+            if !is_constant && !own.starts_with("#[") && has_exponent(&plain) {
+                found.push(format!("{} ({path})", code.trim()));
+            }
+            is_constant &= !code.trim_end().ends_with(';');
+        }
+    }
+    found
+}
+
+/// Whether a text has a number with an exponent, as `1e-9`.
+fn has_exponent(text: &str) -> bool {
+    let bytes = text.as_bytes();
+    let is_part = |at: usize| bytes[at].is_ascii_digit() || bytes[at] == b'.';
+    (1..bytes.len()).filter(|&at| bytes[at] == b'e').any(|at| {
+        let digits = (0..at).rev().take_while(|&k| is_part(k)).count();
+        let is_name = digits < at
+            && bytes[..at - digits]
+                .last()
+                .is_some_and(u8::is_ascii_alphanumeric);
+        let next = bytes.get(at + 1);
+        digits > 0 && !is_name && next.is_some_and(|c| *c == b'-' || c.is_ascii_digit())
+    })
+}
+
+#[test]
+fn a_threshold_has_a_name() {
+    let found = nameless(&sources());
+    assert!(
+        found.is_empty(),
+        "{} numbers have no name:\n{}",
+        found.len(),
+        found.join("\n")
+    );
+}
+
 /// Names of constants with several values.
 fn ambiguous(files: &[(String, String)]) -> Vec<String> {
     let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -337,4 +382,9 @@ fn what_is_forbidden_would_be_seen() {
     assert_eq!(unmarked(&files), ["SIZE (a.rs)"]);
     assert_eq!(ambiguous(&files), ["SIZE: {\"1.0;\", \"2.0;\"}"]);
     assert_eq!(shapeless(&files), ["q (a.rs)"]);
+    let files = [file(
+        "d.rs",
+        "const SMALL: [f64; 1] = [\n    1e-3,\n];\nfn f(x1e3: f64) -> bool {\n    x1e3 < 2.5e-4 // 1e-9\n}\n",
+    )];
+    assert_eq!(nameless(&files), ["x1e3 < 2.5e-4 (d.rs)"]);
 }

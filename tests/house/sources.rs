@@ -38,9 +38,15 @@ pub fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A file without the tests at its foot.
+/// A file without the tests at its foot; nothing of a file that is all tests.
 pub fn without_tests(text: &str) -> &str {
-    text.split("#[cfg(test)]\nmod ").next().unwrap_or(text)
+    let begins = [
+        "#![cfg(test)]",
+        "#[cfg(test)]\nmod ",
+        "#[cfg(test)]\npub(crate) mod ",
+    ];
+    let end = begins.iter().filter_map(|mark| text.find(mark)).min();
+    &text[..end.unwrap_or(text.len())]
 }
 
 /// The code of a file without comments and the tests at its foot.

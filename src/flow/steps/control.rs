@@ -1,7 +1,10 @@
 //! Step-size control (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.4 and IV.2): the
 //! PI controller, the first step, the test for stiffness.
 
-use crate::tolerance::{LEAST_STEP_ERROR, SOUND_STEPS, STEP_SAFETY, STIFF_STEPS};
+use crate::tolerance::{
+    EULER_STEP_PART, FIRST_STEP_OF_REST, LEAST_SCALED_ERROR, LEAST_STEP_ERROR, NO_RATE,
+    SMALL_FIRST_STEP, SMALL_STATE, SOUND_STEPS, STEP_SAFETY, STIFF_STEPS,
+};
 
 /// How the length of the steps of a method follows from their errors.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +70,7 @@ impl Controller {
         } = control;
         let exponent = 1.0 / f64::from(order) - 0.75 * beta;
         if error <= 1.0 {
-            let size = error.max(1e-10).ln();
+            let size = error.max(LEAST_SCALED_ERROR).ln();
             let most = if self.was_rejected { 1.0 } else { most };
             let factor = STEP_SAFETY * (beta * self.last_error - exponent * size).exp();
             let factor = factor.clamp(least, most);
@@ -112,20 +115,20 @@ impl Controller {
 /// derivative after the trial step that [`trial_step`] gives; `order` is that of the error.
 pub(crate) fn first_step(order: u32, trial: f64, rate: f64, second: f64) -> f64 {
     let largest = rate.max(second);
-    let h = if largest <= 1e-15 {
-        (trial * 1e-3).max(1e-6)
+    let h = if largest <= NO_RATE {
+        (trial * FIRST_STEP_OF_REST).max(SMALL_FIRST_STEP)
     } else {
-        (0.01 / largest).powf(1.0 / f64::from(order))
+        (EULER_STEP_PART / largest).powf(1.0 / f64::from(order))
     };
     h.min(100.0 * trial)
 }
 
 /// A small step in which an Euler step moves the state by a hundredth of its size.
 pub(crate) fn trial_step(state: f64, rate: f64) -> f64 {
-    if state < 1e-5 || rate < 1e-5 {
-        1e-6
+    if state < SMALL_STATE || rate < SMALL_STATE {
+        SMALL_FIRST_STEP
     } else {
-        0.01 * state / rate
+        EULER_STEP_PART * state / rate
     }
 }
 

@@ -8,7 +8,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Accelerations, Contacts};
 use crate::model::Dynamics;
-use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING, JERK_STEP};
+use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING, JERK_STEP, JERK_STEPS};
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
@@ -62,15 +62,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
         };
         // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.
-        for step in [
-            JERK_STEP,
-            10.0 * JERK_STEP,
-            1e2 * JERK_STEP,
-            1e3 * JERK_STEP,
-            1e4 * JERK_STEP,
-        ]
-        .map(|s| s * slow)
-        {
+        for step in JERK_STEPS.map(|s| s * JERK_STEP * slow) {
             let once = change(step)?;
             if once.abs() > least {
                 let is_even = (change(2.0 * step)? - 2.0 * once).abs() < once.abs();

@@ -4,6 +4,8 @@
 
 /// Terms of the polynomial. With another number bounds are as true, and the parts that they decide longer or shorter. [work]
 pub(crate) const TAYLOR_TERMS: usize = 8;
+/// A step of Newton's method towards a root, in units of the cell, below which it has come to an end. [work]
+const STILL_ROOT: f64 = 1e-15;
 
 /// The polynomial, and what bounds it.
 #[derive(Debug, Clone, Copy)]
@@ -147,7 +149,7 @@ impl TaylorModel {
                 value = value * x + c;
             }
             let next = (x - value / slope).clamp(-1.0, 1.0);
-            if !next.is_finite() || (next - x).abs() < 1e-15 {
+            if !next.is_finite() || (next - x).abs() < STILL_ROOT {
                 break;
             }
             x = next;

@@ -181,5 +181,6 @@ fn each_attractor_is_listed_once_and_has_its_cells() {
         all.faults
     );
     // The referee says little where nothing is chaotic, or little decided.
-    assert!(cases.is_one() || (all.sets > 0 && 20 * all.undecided <= all.cells));
+    assert!(cases.have(all.sets, 13));
+    assert!(cases.is_one() || 20 * all.undecided <= all.cells);
 }

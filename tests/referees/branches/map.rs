@@ -7,15 +7,14 @@ use crate::branches::stepper::{moved, step};
 use crate::roots::eigenvalues;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// The step of differences, in the units of the motion.
-const STEP: f64 = 2e-4;
+/// The largest step of differences, in the units of the motion.
+const STEP: f64 = 4e-4;
 /// An event moves by no more than this part of the period.
 const NEAR: f64 = 0.1;
-/// So often a step is a quarter of the one before, at the most.
-const SMALLER: i32 = 7;
-/// Differences over a step and over twice that differ by no more than this, in parts of the largest: what is left of their
-/// errors is of the order of its square, or more beside an event that is nearly none.
-const STRAIGHT: f64 = 1e-4;
+/// So often a step is halved, at the most.
+const HALVINGS: i32 = 14;
+/// Extrapolated differences that agree to this part of the largest with those of steps twice as long are the derivative.
+const AGREED: f64 = 1e-7;
 
 /// The map about an orbit.
 pub struct Map<'a, 'b> {
@@ -119,11 +118,19 @@ impl<'a, 'b> Map<'a, 'b> {
     /// Its derivative, in units of the motion; none where differences do not tell it.
     pub fn derivative(&self) -> Option<DMatrix<f64>> {
         let x = self.look.state(self.section, false);
-        let steps = (0..SMALLER).map(|k| STEP * 4f64.powi(-k));
-        let (near, far) = steps
-            .filter_map(|h| Some((self.differences(&x, h)?, self.differences(&x, 2.0 * h)?)))
-            .find(|(near, far)| (near - far).amax() <= STRAIGHT * near.amax())?;
-        Some((near * 4.0 - far) / 3.0)
+        let (mut far, mut last): (Option<DMatrix<f64>>, Option<DMatrix<f64>>) = (None, None);
+        for k in 0..=HALVINGS {
+            let near = self.differences(&x, STEP * 2f64.powi(-k));
+            let pair = near.as_ref().zip(far.as_ref());
+            let found = pair.map(|(near, far)| (near * 4.0 - far) / 3.0);
+            if let (Some(found), Some(last)) = (&found, &last)
+                && (found - last).amax() <= AGREED * found.amax()
+            {
+                return Some(found.clone());
+            }
+            (far, last) = (near, found);
+        }
+        None
     }
 
     /// Its differences over a step, in units of the motion.
