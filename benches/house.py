@@ -41,7 +41,7 @@ MIDDLE = r"0\.5 \* \([\w.\[\]]+ \+ [\w.\[\]]+\)|\bmidpoint\b|\*= 0\.5"
 SECANT = r"\* \([\w.\[\]]+ - [\w.\[\]]+\) / \("
 SEARCH = r"\w*(?:HALVING|BISECT|SECANT|GOLDEN|ILLINOIS|POLISH)\w*|\b(?:bisect|secant|golden|illinois|newton)\w*"
 BRACKETING = re.compile("|".join((MIDDLE, SECANT, SEARCH)))
-ROOT_FINDERS = ("contact/roots.rs", "contact/bracket.rs", "event/roots.rs", "event/bracket.rs")
+ROOT_FINDERS = ("event/roots.rs", "event/bracket.rs")
 COEFFICIENT = r"(?:[\w.\[\]]+\.)?(?:e\b|restitution)"
 IMPACT_LAW = re.compile(rf"\b1\.0 \+ {COEFFICIENT}|-1\.0 - {COEFFICIENT}|restitution\.add_scalar\(1\.0\)")
 MOST_METHODS = 8

@@ -4,7 +4,7 @@
 //!
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
 //! `observer`: whether a long computation goes on; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
-//! motion, in closed form, along series, in steps; `contact`: where the next impact is; `hybrid`: how a scene with stops
+//! motion, in closed form, along series, in steps; `event`: where the next root of a guard is; `hybrid`: how a scene with stops
 //! moves from event to event, in closed form or integrated; `path`: motions that are kept; `recurrence`: which states, cycles and sets are one; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`section`]: a
 //! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where; [`branch`]: orbits over a number of
 //! their scene; [`derivative`]: how they change with its numbers. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
@@ -14,9 +14,10 @@
 pub mod attractor;
 pub mod basin;
 pub mod branch;
-mod contact;
+
 pub mod derivative;
 pub mod error;
+mod event;
 pub mod exponents;
 mod flow;
 mod hybrid;

@@ -1,7 +1,7 @@
 //! The flow of a hybrid system, from event to event.
 
-use crate::contact::certified::SearchFailure;
 use crate::error::Result;
+use crate::event::certified::SearchFailure;
 use crate::flow::ConstrainedMotion;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::HybridSystem;

@@ -1,8 +1,8 @@
 //! Where a motion passes through a plane of its states upwards. On each arc the quantity is followed by polynomials to its rounding, and these
 //! have all their changes of sign found: between two arcs, at an impact too, a change is one of the instant.
 
-use crate::contact::roots::{roots_of, value as value_of};
 use crate::error::Result;
+use crate::event::roots::{roots_of, value as value_of};
 use crate::model::PhysicalState;
 use crate::model::chebyshev::CHEBYSHEV_NODES;
 use crate::model::function_pieces::{Layout, polynomial_pieces};

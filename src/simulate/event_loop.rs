@@ -8,7 +8,7 @@ mod pass_break;
 mod resting;
 mod strike;
 
-use crate::contact::next::LATE;
+use crate::event::next::LATE;
 
 use crate::error::{Error, Result, digits};
 use crate::hybrid::clock::Clock;

@@ -1,8 +1,8 @@
 //! The orbits at one point of an existence map before they are ranked. Of a violation of the rules of contact only as much is worked out
 //! as the ranking needs.
 
-use crate::contact::walk::StopDepth;
 use crate::error::Result;
+use crate::event::walk::StopDepth;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
 use crate::observer::Observer;

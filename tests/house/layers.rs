@@ -12,7 +12,7 @@ const LAYERS: [&[&str]; 21] = [
     &["modal"],
     &["impact"],
     &["flow"],
-    &["contact"],
+    &["event"],
     &["hybrid"],
     &["path"],
     &["recurrence"],

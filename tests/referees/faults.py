@@ -44,7 +44,7 @@ FAULTS = [
     Fault(
         "root",
         "the time of a contact is late by 1e-9 of the flight",
-        "src/contact/next.rs",
+        "src/event/next.rs",
         "                for (z, d) in arrived.iter_mut().zip(&self.derivatives) {\n                    *z = d.after(step);",
         '                let late = if crate::has_fault("root") { 1e-9 * time } else { 0.0 };\n'
         "                let (step, time) = (step + late, time + late);\n"
@@ -71,7 +71,7 @@ FAULTS = [
     Fault(
         "lost stop",
         "the third stop of a scene is not looked at",
-        "src/contact/next.rs",
+        "src/event/next.rs",
         "            !is_beyond_reach\n",
         '            !(is_beyond_reach || stop == 2 && crate::has_fault("lost stop"))\n',
     ),

@@ -2,8 +2,8 @@
 
 use super::flight_sampler::FlightSampler;
 use super::system::ClosedForm;
-use crate::contact::next::{ContactSearch, Grazed};
 use crate::error::Result;
+use crate::event::next::{ContactSearch, Grazed};
 use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};

@@ -3,9 +3,9 @@
 
 use super::arcs::{ConstrainedArc, reported};
 use super::system::{ClosedForm, is_before, is_within};
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::next::{ContactSearch, Grazed, LATE, SearchSummary};
 use crate::error::Result;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::next::{ContactSearch, Grazed, LATE, SearchSummary};
 use crate::flow::gap_model::GapModel;
 use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, with_flow};
 use crate::hybrid::flow::Arrival;

@@ -2,10 +2,10 @@
 //! gaps and their margins, the impact of one stop, chatter completed.
 
 use super::flight_sampler::FlightSampler;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::next::{ContactSearch, Grazed};
-use crate::contact::walk::STEPS_PER_REACH_CHECK;
 use crate::error::Result;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::next::{ContactSearch, Grazed};
+use crate::event::walk::STEPS_PER_REACH_CHECK;
 use crate::flow::characteristic_length::{Tolerances, part_of};
 use crate::flow::steps::Tolerance;
 use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, TimedScene, along};

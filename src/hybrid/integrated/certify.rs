@@ -1,13 +1,13 @@
 //! Contacts along one step with stops whose gaps have a bound on their curvature: the motion on the step, and the search that is
-//! certain along it (`contact/certified.rs`).
+//! certain along it (`event/certified.rs`).
 
 use super::scene::Integrated;
-use crate::contact::certified::{Certified, SearchCost, first_contact};
-use crate::contact::curvature::BoundedGap;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::polynomial::{EndValues, Quintic};
-use crate::contact::step_path::StepPath;
 use crate::error::Result;
+use crate::event::certified::{Certified, SearchCost, first_contact};
+use crate::event::curvature::BoundedGap;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::polynomial::{EndValues, Quintic};
+use crate::event::step_path::StepPath;
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::model::Dynamics;
 use crate::tolerance::{LOOSE_CURVATURE, NOTICED_SEARCH_POINTS};

@@ -1,11 +1,11 @@
 //! Contacts along one step: the first one on the quintics of the gaps, or by the bounds on their curvature (`certify.rs`).
 
 use super::scene::Integrated;
-use crate::contact::certified::SearchFailure;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::polynomial::{EndValues, Judgement, Quintic};
-use crate::contact::probed::{Probed, STEP_PROBES};
 use crate::error::Result;
+use crate::event::certified::SearchFailure;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::polynomial::{EndValues, Judgement, Quintic};
+use crate::event::probed::{Probed, STEP_PROBES};
 
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::segment::Graze;

@@ -2,8 +2,8 @@
 //! gap.
 
 use super::scene::{Integrated, MOST_RETAKEN_STEPS};
-use crate::contact::certified::SearchFailure;
 use crate::error::Result;
+use crate::event::certified::SearchFailure;
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;

@@ -2,8 +2,8 @@
 //! `simulate/event_loop/hold_or_release.rs`.
 
 use super::scene::{Integrated, MOST_RETAKEN_STEPS};
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::polynomial::Quartic;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::polynomial::Quartic;
 
 use crate::error::Result;
 use crate::flow::ConstrainedDynamics;

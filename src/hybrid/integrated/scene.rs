@@ -1,8 +1,8 @@
 //! A scene that is integrated, where it is now.
 
-use crate::contact::certified::{SearchCost, SearchFailure, StepTouch};
-use crate::contact::curvature::gap_tolerance;
 use crate::error::{Error, Result};
+use crate::event::certified::{SearchCost, SearchFailure, StepTouch};
+use crate::event::curvature::gap_tolerance;
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
 use crate::flow::steps::control::Controller;
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};

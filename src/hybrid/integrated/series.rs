@@ -4,10 +4,10 @@
 use super::free::FreeFlight;
 use super::pendulum::series_order;
 use super::scene::{Integrated, parted};
-use crate::contact::curvature::gap_tolerance;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
+use crate::event::curvature::gap_tolerance;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::series::{GapSeries, GapTerms};
 use crate::flow::steps::{DormandPrince, State, Stepper};
 use crate::flow::{BatchMotion, PendulumSeries, SeriesOf, write_series};
 use crate::hybrid::clock::Clock;

@@ -3,9 +3,9 @@
 
 use super::free::FreeFlight;
 use super::scene::Integrated;
-use crate::contact::certified::SearchFailure;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
 use crate::error::Result;
+use crate::event::certified::SearchFailure;
+use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::flow::steps::control::{first_step, trial_step};
 use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;

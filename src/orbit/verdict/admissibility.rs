@@ -1,8 +1,8 @@
 //! The outcome of the rules of contact for an orbit (theory 6): the worst breach, what is left open, touches. They are applied in
 //! `judge.rs`, `integrated.rs`, `lasting.rs`.
 
-use crate::contact::walk::FlightCheck;
 use crate::error::digits;
+use crate::event::walk::FlightCheck;
 
 /// Where and by how much an orbit breaks the rules of contact. With a depth that is not a number, where the search could not
 /// decide whether it does.

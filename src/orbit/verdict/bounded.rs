@@ -1,12 +1,12 @@
 //! Nonlinear gaps along the flights of an orbit: by a bound on their curvature, where they have one, what is passed is proved
-//! (`contact/certified.rs`); where they have none, the gap itself is asked for beside its quintics.
+//! (`event/certified.rs`); where they have none, the gap itself is asked for beside its quintics.
 
-use crate::contact::certified::{Certified, first_contact};
-use crate::contact::curvature::BoundedGap;
-use crate::contact::first_root::FirstRoot;
-use crate::contact::polynomial::{EndValues, Quintic};
-use crate::contact::step_path::StepPath;
 use crate::error::Result;
+use crate::event::certified::{Certified, first_contact};
+use crate::event::curvature::BoundedGap;
+use crate::event::first_root::FirstRoot;
+use crate::event::polynomial::{EndValues, Quintic};
+use crate::event::step_path::StepPath;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::OrbitStep;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};

@@ -1,10 +1,10 @@
 //! What the rules of contact say along flights that are integrated (theory 5, 6).
 
-use crate::contact::first_root::FirstRoot;
-use crate::contact::polynomial::{EndValues, Judgement, Quintic};
-use crate::contact::probed::{Probed, STEP_PROBES};
-use crate::contact::series::{GapSeries, GapTerms};
 use crate::error::Result;
+use crate::event::first_root::FirstRoot;
+use crate::event::polynomial::{EndValues, Judgement, Quintic};
+use crate::event::probed::{Probed, STEP_PROBES};
+use crate::event::series::{GapSeries, GapTerms};
 use crate::hybrid::{
     FlightPieces, HybridMaps, IntegratedMaps, OrbitStep, SegmentKind, SeriesPiece,
 };

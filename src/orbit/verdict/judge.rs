@@ -1,9 +1,9 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
 //! time, by a search that proves what it passes over.
 
-use crate::contact::levels::PropagatorLevels;
-use crate::contact::walk::{Sought, StopDepth, check_flight};
 use crate::error::Result;
+use crate::event::levels::PropagatorLevels;
+use crate::event::walk::{Sought, StopDepth, check_flight};
 use crate::flow::{
     ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow,
 };

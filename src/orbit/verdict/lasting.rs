@@ -1,10 +1,10 @@
 //! What the rules of contact say of lasting contact: forces push; and of the low flights between impacts that accumulate,
 //! whose extremum is a maximum and no touch.
 
-use crate::contact::levels::PropagatorLevels;
-use crate::contact::polynomial::Quartic;
-use crate::contact::walk::{FlightCheck, Sought, StopDepth, check_flight};
 use crate::error::Result;
+use crate::event::levels::PropagatorLevels;
+use crate::event::polynomial::Quartic;
+use crate::event::walk::{FlightCheck, Sought, StopDepth, check_flight};
 use crate::flow::{ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, with_flow};
 use crate::modal::Pair;
 use crate::model::Moment;

@@ -5,7 +5,7 @@
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
 use super::{EventLoop, Resolved, Unresolved, least_speed};
-use crate::contact::next::LATE;
+use crate::event::next::LATE;
 
 use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem};

@@ -1,7 +1,7 @@
 //! A gap \[m\] without a bound on its curvature, evaluated at some places of a step beside its ends: whether it agrees with the quintic
 //! through the ends, and where the stop is passed.
 
-use crate::contact::polynomial::Quintic;
+use crate::event::polynomial::Quintic;
 use crate::tolerance::{NEAR_MISS_FACTOR, UNLIKE_QUINTIC};
 
 /// Parts of a step at which a gap is evaluated beside its ends. [work]
@@ -45,7 +45,7 @@ impl Probed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::polynomial::EndValues;
+    use crate::event::polynomial::EndValues;
 
     fn of(gap: fn(f64) -> [f64; 3]) -> (Quintic, Probed) {
         let quintic = Quintic::new(&EndValues::new(gap(0.0), gap(1.0), 1.0, 0));

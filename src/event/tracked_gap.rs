@@ -1,7 +1,7 @@
 //! A gap \[m\] tracked along a flight by the search for the next impact: its model at the present time, the bracket of its zero, the order
 //! of its root at the start.
 
-use crate::contact::bracket::Bracket;
+use crate::event::bracket::Bracket;
 use crate::flow::GapRow;
 use crate::flow::gap_model::GapModel;
 use crate::tolerance::GAP_ROUNDING;

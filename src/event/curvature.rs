@@ -11,8 +11,8 @@
 //! in the norm that K bounds. A plane has K = 0; the walls of a pendulum have the length of their longest link. Of a nonlinear stop K is
 //! what its maker says; that every value of the gap agrees with it is looked at.
 
-use crate::contact::step_path::{Expansion, StepPath, derivative_bounds};
 use crate::error::Result;
+use crate::event::step_path::{Expansion, StepPath, derivative_bounds};
 use crate::flow::steps::Tolerance;
 use crate::model::{Contact, Moment};
 use crate::tolerance::{GAP_KNOWN_ROUNDINGS, GAP_ROUNDING, TERM_ROUNDINGS};

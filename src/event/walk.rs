@@ -1,8 +1,8 @@
 //! The lowest gap \[m\] on a flight of a known span \[s\], by steps each of which provably holds no lower one unseen (theory 8).
 
-use crate::contact::levels::PropagatorLevels;
-use crate::contact::lowest::Lowest;
 use crate::error::Result;
+use crate::event::levels::PropagatorLevels;
+use crate::event::lowest::Lowest;
 use crate::flow::gap_model::{GapModel, Shape};
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;

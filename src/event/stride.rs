@@ -1,8 +1,8 @@
 //! Steps of the search for the next impact, as many at once as are proved to hold none: eight samples ahead in the widest registers,
 //! where a flow has them, one otherwise (theory 8).
 
-use crate::contact::next::{ContactSearch, Grazed, StepAdvance};
-use crate::contact::tracked_gap::TrackedGap;
+use crate::event::next::{ContactSearch, Grazed, StepAdvance};
+use crate::event::tracked_gap::TrackedGap;
 use crate::flow::LinearFlow;
 use crate::flow::samples::{
     SAMPLES_AT_ONCE, SampleDerivatives, SampleMask, SampleModels, Stride, eight,
@@ -181,7 +181,7 @@ impl<F: LinearFlow> WithSimd for SamplesAhead<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::first_root::FirstRoot;
+    use crate::event::first_root::FirstRoot;
     use crate::flow::block::BlockFlow;
     use crate::flow::drive::Undriven;
     use crate::flow::{FlowRows, Quantity};

@@ -2,14 +2,14 @@
 //! traced back to its zero. Every step before is proved to hold none; touches within rounding (`GapRow::rounding`) are noted as grazes.
 //! Integrated motions are searched in `polynomial.rs` and `certified.rs`, Taylor series in `series.rs`.
 
-use crate::contact::bracket::Bracket;
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::gap_verdict::{GapVerdict, from_contact, from_open};
-use crate::contact::levels::PropagatorLevels;
-use crate::contact::lowest::{GapEvaluator, Lowest};
-use crate::contact::tracked_gap::TrackedGap;
-use crate::contact::walk::STEPS_PER_REACH_CHECK;
 use crate::error::Result;
+use crate::event::bracket::Bracket;
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::gap_verdict::{GapVerdict, from_contact, from_open};
+use crate::event::levels::PropagatorLevels;
+use crate::event::lowest::{GapEvaluator, Lowest};
+use crate::event::tracked_gap::TrackedGap;
+use crate::event::walk::STEPS_PER_REACH_CHECK;
 use crate::flow::gap_model::GapModel;
 use crate::flow::samples::{SampleDerivatives, SampleModels};
 use crate::flow::{Derivatives, GapRow, LinearFlow, PropagatorCache};

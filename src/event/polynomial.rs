@@ -2,8 +2,8 @@
 //! Bernstein form says at once where there is no contact; elsewhere its extrema part it into monotone pieces, so that
 //! no contact between two samples is missed. A known root at the start is divided out.
 
-use crate::contact::first_root::FirstRoot;
-use crate::contact::roots::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
+use crate::event::first_root::FirstRoot;
+use crate::event::roots::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
 use crate::tolerance::{ERROR_FACTOR, QUINTIC_ERROR_PART};
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
@@ -215,8 +215,8 @@ impl Quintic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::first_root::FirstRoot;
-    use crate::contact::roots::from_roots;
+    use crate::event::first_root::FirstRoot;
+    use crate::event::roots::from_roots;
 
     #[test]
     fn the_first_fall_of_a_quartic_is_found_and_a_rise_passed_over() {

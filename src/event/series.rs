@@ -1,8 +1,8 @@
 //! The first contact along a Taylor series: the gap is a polynomial, and each part of the step is proved by the cubic about its
 //! start, with all higher terms in the remainder (theory 8).
 
-use crate::contact::first_root::FirstRoot;
-use crate::contact::gap_verdict::{GapVerdict, from_contact, from_open};
+use crate::event::first_root::FirstRoot;
+use crate::event::gap_verdict::{GapVerdict, from_contact, from_open};
 
 use crate::flow::BatchMotion;
 use crate::flow::gap_model::GapModel;
@@ -345,7 +345,7 @@ impl GapSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::roots::from_roots;
+    use crate::event::roots::from_roots;
 
     fn search(c: &[f64], order: usize, span: f64) -> (FirstRoot, Vec<(f64, f64)>) {
         let mut touches = Vec::new();

@@ -6,10 +6,10 @@
 //! where the stop is crossed. Of several stops the one whose next piece ends first is searched next: no gap is evaluated beyond the first
 //! contact with another stop, where it may not be defined. Places are parts of the step, from 0 to 1.
 
-use crate::contact::curvature::{BoundedGap, GapPoint};
-use crate::contact::first_root::{FirstEvent, FirstRoot};
-use crate::contact::step_path::StepPath;
 use crate::error::Result;
+use crate::event::curvature::{BoundedGap, GapPoint};
+use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::step_path::StepPath;
 use crate::tolerance::{NEAR_MINIMUM_TOLERANCES, PASSED_TOLERANCE_PART, SHORTEST_PIECE};
 use std::fmt;
 
