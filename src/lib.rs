@@ -3,7 +3,7 @@
 //! # How the crate is laid out
 //!
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
-//! `observer`: whether a long computation goes on; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
+//! `observer`: whether a long computation goes on; `law`: the laws of contact; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
 //! motion, in closed form, along series, in steps; `event`: where the next root of a guard is; `hybrid`: how a scene with stops
 //! moves from event to event, in closed form or integrated; `path`: motions that are kept; `recurrence`: which states, cycles and sets are one; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; [`section`]: a
 //! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where; [`branch`]: orbits over a number of
@@ -22,6 +22,7 @@ pub mod exponents;
 mod flow;
 mod hybrid;
 pub mod impact;
+mod law;
 mod linalg;
 pub mod modal;
 pub mod model;

@@ -81,7 +81,7 @@ fn releases(run: &Trajectory) -> Result<Vec<StickEnd>> {
         let n = q.len();
         all.push(StickEnd {
             time: part.end,
-            stops: part.stops.to_vec(),
+            stops: part.stops().to_vec(),
             phase: phase(part.end),
             state: DMatrix::from_fn(1, 2 * n, |_, j| if j < n { q[j] } else { v[j - n] }),
         });

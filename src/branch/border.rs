@@ -5,7 +5,8 @@ use crate::branch::locator::MOST_BISECTIONS;
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
-use crate::orbit::{Event, with_shooting};
+use crate::law::Transition;
+use crate::orbit::with_shooting;
 use crate::tolerance::{
     EXTRAPOLATION_ERROR, KNOWN_IMPACT_SPEED, KNOWN_STICK, VANISHING_IMPACT_SPEED,
     VANISHING_IMPACT_STICK,
@@ -60,7 +61,7 @@ pub(super) fn border(
     instant: usize,
 ) -> Result<Option<(f64, f64)>> {
     let stage = &problem.signature.stages[instant];
-    let (Event::Chatter(stop), Some(last)) = (&stage.event, points.last()) else {
+    let (Transition::Chatter(stop), Some(last)) = (&stage.transition, points.last()) else {
         return Ok(None);
     };
     let scene = problem.scene(last.place.value)?;
@@ -93,7 +94,7 @@ pub(super) fn vanishing(
     let state = &last.place.state;
     let whole = state.times[state.states.len()] - state.times[0];
     let stages = problem.signature.stages.iter().enumerate();
-    let chatters = stages.filter(|(_, stage)| matches!(stage.event, Event::Chatter(_)));
+    let chatters = stages.filter(|(_, stage)| matches!(stage.transition, Transition::Chatter(_)));
     let stick = |k: usize| (state.times[k + 1] - state.starts[k]) / whole;
     let shortest = chatters.map(|(k, _)| stick(k)).reduce(f64::min)?;
     let slower = points.iter().rev().map(fastest).take(2);

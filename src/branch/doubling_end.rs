@@ -9,6 +9,7 @@ use crate::branch::shooting_nodes::{ShootingNode, period, turned};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::test_functions::TestFunctionValues;
 use crate::error::Result;
+use crate::law::Regime;
 use crate::linalg::rank;
 use crate::orbit::with_shooting;
 use crate::tolerance::{
@@ -135,7 +136,7 @@ impl BranchProblem<'_> {
         let span = (instant.start, instant.start + half);
         with_shooting(&scene, &self.signature, |shooting, _| {
             let none = &mut DMatrix::zeros(state.len(), 0);
-            shooting.motion.flow(&[], span, &mut state, none)
+            shooting.motion.flow(Regime::free(), span, &mut state, none)
         })?;
         Ok(ShootingNode { state, ..instant }.later(half))
     }

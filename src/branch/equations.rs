@@ -5,12 +5,12 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::{BranchProblem, check_same, stretched};
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
+use crate::law::Stage;
 use crate::linalg::determinant::{Determinant, signed_volume};
 use crate::linalg::rank;
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, Linearised, LinearisedPulses, OrbitOf, PeriodicOrbit, Shooting,
-    ShootingState, with_shooting,
+    Linearised, LinearisedPulses, OrbitOf, PeriodicOrbit, Shooting, ShootingState, with_shooting,
 };
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -163,16 +163,14 @@ impl BranchProblem<'_> {
         self.shooting_at(place, |shooting, _, units| {
             let ends = shooting.flight_ends(state, units)?;
             let stages = self.signature.stages.iter().enumerate();
-            let speed = |(instant, stage): (usize, &ContactStage)| {
-                let Event::Strike(stops) = &stage.event else {
+            let speed = |(instant, stage): (usize, &Stage)| {
+                let &[stop, ..] = stage.transition.struck() else {
                     return Ok(f64::NAN);
                 };
                 let flight = (instant + count - 1) % count;
                 let before = &ends[flight].before;
                 let n = before.len() / 2;
-                let at = shooting
-                    .motion
-                    .gap(stops[0], state.times[flight + 1], before)?;
+                let at = shooting.motion.gap(stop, state.times[flight + 1], before)?;
                 Ok(-at.speed(before.rows(n, n)))
             };
             stages.map(speed).collect()
@@ -192,13 +190,13 @@ impl BranchProblem<'_> {
     pub fn opening(&self, place: &ParametricLoop, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
         let stage = &self.signature.stages[instant];
-        let Event::Strike(stops) = &stage.event else {
+        let &[stop, ..] = stage.transition.struck() else {
             return Ok(f64::NAN);
         };
-        let others = stage.held_but(stops[0]);
+        let others = stage.regime.without(stop);
         self.shooting_at(place, |shooting, _, _| {
             let rate = shooting.motion.rate(&others, t, state)?;
-            shooting.motion.gap_acceleration(stops[0], t, state, &rate)
+            shooting.motion.gap_acceleration(stop, t, state, &rate)
         })
     }
 

@@ -6,7 +6,8 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{ShootingNode, rebuilt};
 use crate::error::Result;
 use crate::hybrid::held_through;
-use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::law::{Stage, Transition};
+use crate::orbit::with_shooting;
 use crate::tolerance::LANDING_RATE_STEP;
 use nalgebra::DMatrix;
 
@@ -23,23 +24,21 @@ pub(super) fn with_landing_change<'a>(
     };
     let mut instants = problem.instants(state);
     let (own, end) = (instants[k].clone(), state.times[k + 1]);
-    let was_held = own.stage.held.contains(&stop);
-    let without = own.stage.held_but(stop);
-    let mut held = without.clone();
-    held.push(stop);
-    held.sort_unstable();
-    // The stops held at first beyond the border, and those held after that.
+    let was_held = own.stage.regime.holds(stop);
+    let without = own.stage.regime.without(stop);
+    let held = without.with(stop);
+    // The regime at first beyond the border, and the one after that.
     let (begins, goes_on) = if was_held {
         (without.clone(), held.clone())
     } else {
         (held.clone(), without.clone())
     };
-    instants[k].stage.held.clone_from(&begins);
+    instants[k].stage.regime.clone_from(&begins);
     let mut signature = problem.signature.clone();
-    signature.stages[k].held.clone_from(&begins);
-    signature.stages.push(ContactStage {
-        event: Event::Release(stop),
-        held: goes_on.clone(),
+    signature.stages[k].regime.clone_from(&begins);
+    signature.stages.push(Stage {
+        transition: Transition::Release(stop),
+        regime: goes_on.clone(),
     });
     let scene = problem.scene(place.value)?;
     let found = with_shooting(&scene, &signature, |shooting, _| {
@@ -69,20 +68,20 @@ pub(super) fn with_landing_change<'a>(
         let mut x = own.state.clone();
         let none = &mut DMatrix::zeros(x.len(), 0);
         motion.flow(&begins, (own.time, until), &mut x, none)?;
-        let event = if was_held {
+        let transition = if was_held {
             let law = held_through(motion, (stop, &begins), until, &x)?;
             if !law.thrown.is_empty() {
                 return Ok(None);
             }
             motion.impact(&law.struck, until, &mut x, none)?;
-            Event::Strike(law.struck)
+            Transition::Strike(law.struck)
         } else {
-            Event::Release(stop)
+            Transition::Release(stop)
         };
         Ok(Some(ShootingNode {
-            stage: ContactStage {
-                event,
-                held: goes_on.clone(),
+            stage: Stage {
+                transition,
+                regime: goes_on.clone(),
             },
             time: until,
             start: until,

@@ -4,9 +4,10 @@
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::error::{Error, Result};
 use crate::hybrid::{ScaledUnits, joined};
+use crate::law::Transition;
 use crate::model::{Energetics, Scene};
 use crate::orbit::{
-    Event, Guess, PeriodicOrbit, ShootingState, Signature, begun, check_landings, with_phase,
+    Guess, PeriodicOrbit, ShootingState, Signature, begun, check_landings, with_phase,
 };
 use crate::tolerance::{NARROW_RANGE, PARAMETER_SIZE_FLOOR, PARAMETER_STEP};
 use nalgebra::DVector;
@@ -97,7 +98,7 @@ impl<'a> BranchProblem<'a> {
 
     /// Whether nothing happens along the orbits: a period is one flight.
     pub fn is_empty(&self) -> bool {
-        self.signature.stages[0].event == Event::Nothing
+        self.signature.stages[0].transition == Transition::Nothing
     }
 
     /// The scene of a value.

@@ -8,7 +8,8 @@ use crate::branch::release_onset::release_onset;
 use crate::branch::shooting_nodes::{ShootingNode, as_loop, period, rebuilt, turned};
 use crate::branch::simulated::simulated;
 use crate::error::Result;
-use crate::orbit::{ContactStage, Event, PeriodicOrbit};
+use crate::law::{Stage, Transition};
+use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{
     BEYOND_BOUNDARY_DISTANCE, BORDER_REACH, BORDER_SECANT_STEP, ZERO_PARAMETER_CHANGE,
 };
@@ -25,11 +26,10 @@ pub(super) struct LocatedBorder {
 }
 
 /// How many releases there are, and how many impacts, which are not counted if some accumulate.
-fn n_changes(stages: &[ContactStage]) -> (usize, usize) {
-    let is_release = |stage: &&ContactStage| matches!(stage.event, Event::Release(_));
-    let is_chatter = |stage: &ContactStage| matches!(stage.event, Event::Chatter(_));
-    let n_releases = stages.iter().filter(is_release).count();
-    let n_impacts = if stages.iter().any(is_chatter) {
+fn n_changes(stages: &[Stage]) -> (usize, usize) {
+    let each = || stages.iter().map(|stage| &stage.transition);
+    let n_releases = each().filter(|own| own.is_release()).count();
+    let n_impacts = if each().any(Transition::is_chatter) {
         0
     } else {
         stages.len() - n_releases
@@ -66,17 +66,17 @@ fn without<'a>(
     let Some(next) = instants.get(1).map(|own| own.stage.clone()) else {
         return Ok(None);
     };
-    match (instants[0].stage.event.clone(), next.event) {
-        (Event::Strike(_), Event::Release(stop)) => {
-            instants[0].stage.held.retain(|own| *own != stop);
+    match (instants[0].stage.transition.clone(), next.transition) {
+        (Transition::Strike(_), Transition::Release(stop)) => {
+            instants[0].stage.regime = instants[0].stage.regime.without(stop);
             instants.remove(1);
         }
-        (Event::Strike(_), Event::Strike(_)) => {
-            instants[0].stage.held = next.held;
+        (Transition::Strike(_), Transition::Strike(_)) => {
+            instants[0].stage.regime = next.regime;
             instants.remove(1);
         }
-        (Event::Release(stop), _) => {
-            let is_back = |own: &ShootingNode| own.stage.held.contains(&stop);
+        (Transition::Release(stop), _) => {
+            let is_back = |own: &ShootingNode| own.stage.regime.holds(stop);
             let Some(back) = instants.iter().position(is_back) else {
                 return Ok(None);
             };
@@ -86,7 +86,7 @@ fn without<'a>(
                 // The stop is held for the whole period, from where the motion had come to rest.
                 let mut always = landed;
                 always.time = always.start;
-                always.stage.event = Event::Nothing;
+                always.stage.transition = Transition::Nothing;
                 return as_loop(problem, place, vec![always]);
             }
         }
@@ -132,8 +132,8 @@ pub(super) fn border(
         let each = rounds.map(|k| (first + TAU * k as f64) * there.clock);
         each.collect()
     };
-    match &problem.signature.stages[instant].event {
-        Event::Strike(stops) => {
+    match &problem.signature.stages[instant].transition {
+        Transition::Strike(stops) => {
             let stop = stops[0];
             zero_without(problem, (place, instant), &|rest, there| {
                 let first = there.state.times[0];
@@ -144,7 +144,7 @@ pub(super) fn border(
                 Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
             })
         }
-        Event::Release(stop) => zero_without(problem, (place, instant), &|rest, there| {
+        Transition::Release(stop) => zero_without(problem, (place, instant), &|rest, there| {
             let each = times(rest, there).into_iter().map(|t| {
                 let pull = release_onset(rest, there, (*stop, t))?;
                 Ok(pull.map(|pull| pull.most))

@@ -6,8 +6,9 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{ShootingNode, begun_with_strike, period};
 use crate::error::Result;
 use crate::hybrid::held_through;
+use crate::law::{Regime, Stage, Transition};
 use crate::model::contacts;
-use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::orbit::with_shooting;
 use crate::tolerance::{ONSET_CURVATURE_STEP, RELEASE_ONSET_WINDOW, SAME_ROUND};
 use nalgebra::{DMatrix, DVector};
 
@@ -42,36 +43,38 @@ pub(super) fn release_onset(
     };
     // A time at the end of a contact may be found to be in the flight that follows.
     let late = about - instants[instant].start;
-    if !instants[instant].stage.held.contains(&stop) && late <= SAME_ROUND * period(state) {
+    if !instants[instant].stage.regime.holds(stop) && late <= SAME_ROUND * period(state) {
         instant = (instant + count - 1) % count;
         about = state.times[instant + 1];
     }
     let (from, end) = (&instants[instant], state.times[instant + 1]);
-    if !from.stage.held.contains(&stop) {
+    if !from.stage.regime.holds(stop) {
         return Ok(None);
     }
-    let without = from.stage.held_but(stop);
+    let without = from.stage.regime.without(stop);
     // The ends of the contact count where another stop's impact makes them. At the landing on this stop the border is another one, and at
     // its release the force is zero.
-    let is_release =
-        matches!(&instants[(instant + 1) % count].stage.event, Event::Release(own) if *own == stop);
+    let next = &instants[(instant + 1) % count].stage.transition;
+    let is_release = *next == Transition::Release(stop);
     let was_held = instants[(instant + count - 1) % count]
         .stage
-        .held
-        .contains(&stop);
+        .regime
+        .holds(stop);
     let parts = usize::from(!was_held)..ONSET_SAMPLES + usize::from(!is_release);
     let scene = problem.scene(place.value)?;
     let mut signature = problem.signature.clone();
-    signature.stages.push(ContactStage {
-        event: Event::Release(stop),
-        held: without.clone(),
+    signature.stages.push(Stage {
+        transition: Transition::Release(stop),
+        regime: without.clone(),
     });
     with_shooting(&scene, &signature, |shooting, _| {
         let pull = |t: f64| -> Result<f64> {
             let mut x = from.state.clone();
             let none = &mut DMatrix::zeros(x.len(), 0);
-            let held = &from.stage.held;
-            shooting.motion.flow(held, (from.start, t), &mut x, none)?;
+            let regime = &from.stage.regime;
+            shooting
+                .motion
+                .flow(regime, (from.start, t), &mut x, none)?;
             let rate = shooting.motion.rate(&without, t, &x)?;
             shooting.motion.gap_acceleration(stop, t, &x, &rate)
         };
@@ -116,8 +119,8 @@ fn begun_before(
     with_shooting(&scene, &problem.signature, |shooting, _| {
         let x = &mut state.states[0];
         let none = &mut DMatrix::zeros(x.len(), 0);
-        let held = &problem.signature.stages[0].held;
-        shooting.motion.flow(held, (begin, begin + late), x, none)
+        let regime = &problem.signature.stages[0].regime;
+        shooting.motion.flow(regime, (begin, begin + late), x, none)
     })?;
     state.times = vec![begin + late, begin + late + whole];
     state.starts = vec![begin + late];
@@ -152,8 +155,8 @@ pub(super) fn with_flight<'a>(
     );
     let scene = problem.scene(place.value)?;
     let impact = contacts(&scene)[stop].law();
-    let without = from.stage.held_but(stop);
-    let is_alone = impact.is_inelastic() || without.is_empty();
+    let without = from.stage.regime.without(stop);
+    let is_alone = impact.is_inelastic() || without.is_free();
     if !(pull.most > 0.0 && pull.bend > 0.0 && is_alone) {
         return Ok(None);
     }
@@ -168,8 +171,8 @@ pub(super) fn with_flight<'a>(
         let mut x = from.state.clone();
         with_shooting(&scene, &problem.signature, |shooting, _| {
             let none = &mut DMatrix::zeros(x.len(), 0);
-            let held = &from.stage.held;
-            shooting.motion.flow(held, (from.start, t), &mut x, none)
+            let regime = &from.stage.regime;
+            shooting.motion.flow(regime, (from.start, t), &mut x, none)
         })?;
         Ok(x)
     };
@@ -181,25 +184,26 @@ pub(super) fn with_flight<'a>(
         if !law.thrown.is_empty() {
             return Ok(None);
         }
-        Event::Strike(law.struck)
+        Transition::Strike(law.struck)
     } else {
-        Event::Chatter(stop)
+        Transition::Chatter(stop)
     };
-    let instant =
-        |(event, held): (Event, &[usize]), (time, start): (f64, f64)| -> Result<ShootingNode> {
-            Ok(ShootingNode {
-                stage: ContactStage {
-                    event,
-                    held: held.to_vec(),
-                },
-                time,
-                start,
-                state: held_at(start)?,
-            })
-        };
+    let instant = |(transition, regime): (Transition, &Regime),
+                   (time, start): (f64, f64)|
+     -> Result<ShootingNode> {
+        Ok(ShootingNode {
+            stage: Stage {
+                transition,
+                regime: regime.clone(),
+            },
+            time,
+            start,
+            state: held_at(start)?,
+        })
+    };
     let both = [
-        instant((Event::Release(stop), &without), (left, left))?,
-        instant((landing, &from.stage.held), (back, back + rest))?,
+        instant((Transition::Release(stop), &without), (left, left))?,
+        instant((landing, &from.stage.regime), (back, back + rest))?,
     ];
     let instants = if problem.is_empty() {
         // The motion was in lasting contact all period long: the period begins with the landing now.

@@ -4,7 +4,8 @@
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
-use crate::orbit::{ContactStage, Event, ShootingState, Signature};
+use crate::law::{Stage, Transition};
+use crate::orbit::{ShootingState, Signature};
 use crate::tolerance::{SAME_ROUND, SHORT_FLIGHT_BACK};
 use nalgebra::DVector;
 
@@ -12,7 +13,7 @@ use nalgebra::DVector;
 #[derive(Clone)]
 pub(super) struct ShootingNode {
     /// What happens at the instant, and the stops held after it.
-    pub stage: ContactStage,
+    pub stage: Stage,
     /// The time of the instant \[s\].
     pub time: f64,
     /// The time at which its flight begins \[s\]: later than the instant where impacts accumulate.
@@ -52,8 +53,8 @@ pub(super) fn begun_with_strike(
     instants: Vec<ShootingNode>,
     period: f64,
 ) -> Option<Vec<ShootingNode>> {
-    let is_release = |own: &ShootingNode| matches!(own.stage.event, Event::Release(_));
-    let is_strike = |own: &ShootingNode| matches!(own.stage.event, Event::Strike(_));
+    let is_release = |own: &ShootingNode| own.stage.transition.is_release();
+    let is_strike = |own: &ShootingNode| own.stage.transition.is_strike();
     let after = instants.iter().position(is_release).map_or(0, |k| k + 1);
     let mut later = (after..instants.len()).chain(0..after);
     let first = later.find(|&k| is_strike(&instants[k]))?;
@@ -85,15 +86,12 @@ pub(super) fn as_loop<'a>(
 }
 
 /// Whether one stop is hit at each instant, or nothing happens, and all flights are free.
-pub(super) fn are_impacts(stages: &[ContactStage]) -> bool {
-    let is_one = |stage: &ContactStage| match &stage.event {
-        Event::Strike(stops) => stops.len() == 1,
-        Event::Nothing => true,
-        _ => false,
-    };
+pub(super) fn are_impacts(stages: &[Stage]) -> bool {
+    let is_one =
+        |stage: &Stage| stage.transition.struck().len() == 1 || stage.transition.is_nothing();
     stages
         .iter()
-        .all(|stage| stage.held.is_empty() && is_one(stage))
+        .all(|stage| stage.regime.is_free() && is_one(stage))
 }
 
 impl BranchProblem<'_> {
@@ -226,16 +224,15 @@ impl BranchProblem<'_> {
             let late = (time - instants[*k].time).rem_euclid(whole);
             late.min(whole - late)
         };
-        let on_stop = (0..instants.len()).filter(
-            |&k| matches!(&instants[k].stage.event, Event::Strike(stops) if stops.contains(&stop)),
-        );
+        let on_stop =
+            (0..instants.len()).filter(|&k| instants[k].stage.transition.struck().contains(&stop));
         on_stop.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
     /// The instant after which a stop is held for the least time.
     pub fn last_stick(&self, place: &ParametricLoop) -> Option<usize> {
         let state = &place.state;
-        let held = |k: &usize| !self.signature.stages[*k].held.is_empty();
+        let held = |k: &usize| !self.signature.stages[*k].regime.is_free();
         let length = |k: usize| state.times[k + 1] - state.starts[k];
         let sticks = (0..state.states.len()).filter(held);
         sticks.min_by(|&a, &b| length(a).total_cmp(&length(b)))
@@ -247,22 +244,18 @@ impl BranchProblem<'_> {
         let (stages, state) = (&self.signature.stages, &place.state);
         let count = stages.len();
         let comes_back = |k: usize| {
-            let (own, is_released) = match &stages[k].event {
-                Event::Release(stop) => (*stop, true),
-                Event::Strike(stops) => (stops[0], false),
-                _ => return None,
-            };
+            let left = &stages[k].transition;
+            let own = left.element().filter(|_| !left.is_chatter())?;
+            let is_released = left.is_release();
             let mut span = 0.0;
             let mut at = k;
-            while !stages[at].held.contains(&own) {
+            while !stages[at].regime.holds(own) {
                 span += state.times[at + 1] - state.starts[at];
                 at = (at + 1) % count;
-                let (is_landing, is_last) = match &stages[at].event {
-                    Event::Strike(stops) => (stops.contains(&own), is_released),
-                    Event::Chatter(stop) => (*stop == own && is_released, true),
-                    _ => (false, true),
-                };
-                let is_back = stages[at].held.contains(&own);
+                let next = &stages[at].transition;
+                let is_landing = next.meets(own) && (is_released || next.is_strike());
+                let is_last = is_released || !next.is_strike();
+                let is_back = stages[at].regime.holds(own);
                 if !is_landing || !(is_back || is_last) || at == k {
                     return None;
                 }
@@ -283,14 +276,14 @@ impl BranchProblem<'_> {
             &stages[(instant + 1) % count],
         );
         let own = &stages[instant];
-        let is_back = |stop: &usize| match &next.event {
-            Event::Strike(stops) => stops.contains(stop),
-            Event::Chatter(back) => back == stop,
-            _ => false,
-        };
-        let mut thrown = before.held.iter().filter(|stop| !own.held.contains(stop));
-        let is_impact = matches!(own.event, Event::Strike(_));
-        count > 2 && is_impact && next.held == before.held && thrown.any(is_back)
+        let mut thrown = before
+            .regime
+            .constrained()
+            .iter()
+            .filter(|&&stop| !own.regime.holds(stop));
+        let is_back = |&stop: &usize| next.transition.meets(stop);
+        let is_impact = own.transition.is_strike();
+        count > 2 && is_impact && next.regime == before.regime && thrown.any(is_back)
     }
 
     /// A loop without one of its impacts, and without the low bounce that this makes; none where no impact is left with which a period
@@ -310,9 +303,8 @@ impl BranchProblem<'_> {
                 instants.remove(if back > instant { back - 1 } else { back });
             }
             // A period begins with an impact after which nothing is held.
-            let is_beginning = |own: &ShootingNode| {
-                matches!(own.stage.event, Event::Strike(_)) && own.stage.held.is_empty()
-            };
+            let is_beginning =
+                |own: &ShootingNode| own.stage.transition.is_strike() && own.stage.regime.is_free();
             let from = if instant > 0 && !(is_low_bounce && back == 0) {
                 Some(0)
             } else {
@@ -325,7 +317,7 @@ impl BranchProblem<'_> {
         } else if self.is_free {
             return Ok(None);
         } else {
-            instants[0].stage.event = Event::Nothing;
+            instants[0].stage.transition = Transition::Nothing;
         }
         let (mut problem, place) = self.with_instants(place.value, instants, length)?;
         problem.signature.images.clone_from(&self.signature.images);

@@ -6,6 +6,7 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{are_impacts, period};
 use crate::error::{Error, Result};
+use crate::law::Regime;
 use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_phase, with_shooting};
 use crate::simulate::{Keep, SimulateOptions, Status, simulate};
 use crate::tolerance::{
@@ -27,7 +28,7 @@ fn in_flight(
 ) -> Result<Option<(f64, DVector<f64>)>> {
     let state = &place.state;
     let span = |k: &usize| state.times[k + 1] - state.starts[*k];
-    let is_free = |k: &usize| problem.signature.stages[*k].held.is_empty();
+    let is_free = |k: &usize| problem.signature.stages[*k].regime.is_free();
     let free = (0..state.states.len()).filter(is_free);
     let Some(k) = free.max_by(|a, b| span(a).total_cmp(&span(b))) else {
         return Ok(None);
@@ -37,7 +38,9 @@ fn in_flight(
     let scene = problem.scene(place.value)?;
     with_shooting(&scene, &problem.signature, |shooting, _| {
         let none = &mut DMatrix::zeros(x.len(), 0);
-        shooting.motion.flow(&[], (start, time), &mut x, none)
+        shooting
+            .motion
+            .flow(Regime::free(), (start, time), &mut x, none)
     })?;
     Ok(Some((time, x)))
 }

@@ -4,8 +4,9 @@ use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::impact::Impact;
+use crate::law::Transition;
 use crate::model::{Parameter, Scene, with_value};
-use crate::orbit::{Breach, Event, PeriodicOrbit, Rule};
+use crate::orbit::{Breach, PeriodicOrbit, Rule};
 use crate::tolerance::{
     BREACH_AT_IMPACT, LOST_IMPACT_SPEED, REACHED_AT_IMPACT, ROUNDED_IMPACT_SPEED,
 };
@@ -250,7 +251,7 @@ pub(super) fn of_meeting(
     let count = stages.len();
     let (own, next) = (&stages[instant], &stages[(instant + 1) % count]);
     // A motion that an impact throws off a held stop comes back the sooner the slower the impact is: speed and flight vanish together.
-    if let Event::Strike(stops) = &own.event
+    if let Transition::Strike(stops) = &own.transition
         && problem.is_low_bounce(instant)
     {
         let times = &last.place.state.times;
@@ -260,23 +261,19 @@ pub(super) fn of_meeting(
             ..Special::at(SpecialKind::LostImpact, last, error)
         };
     }
-    let stop = match &next.event {
-        Event::Strike(stops) => stops.first().copied(),
-        Event::Chatter(stop) | Event::Release(stop) => Some(*stop),
-        Event::Nothing => None,
-    };
-    let is_same = match &own.event {
-        Event::Strike(stops) => stop.is_some_and(|stop| stops.contains(&stop)),
-        Event::Release(own) => stop == Some(*own),
+    let stop = next.transition.element();
+    let is_same = match &own.transition {
+        Transition::Strike(stops) => stop.is_some_and(|stop| stops.contains(&stop)),
+        Transition::Release(own) => stop == Some(*own),
         _ => false,
     };
-    let kind = match (&own.event, &next.event) {
-        (Event::Release(_), _) if is_same => SpecialKind::ReleaseBorder,
-        (Event::Strike(_), Event::Release(_)) if is_same => SpecialKind::LandingBorder,
-        (Event::Strike(_), Event::Strike(_)) if is_same && !next.held.is_empty() => {
+    let kind = match (&own.transition, &next.transition) {
+        (Transition::Release(_), _) if is_same => SpecialKind::ReleaseBorder,
+        (Transition::Strike(_), Transition::Release(_)) if is_same => SpecialKind::LandingBorder,
+        (Transition::Strike(_), Transition::Strike(_)) if is_same && !next.regime.is_free() => {
             SpecialKind::LandingBorder
         }
-        _ if !own.held.is_empty() => SpecialKind::ChatterBorder,
+        _ if !own.regime.is_free() => SpecialKind::ChatterBorder,
         _ => SpecialKind::Corner,
     };
     Special {

@@ -15,9 +15,10 @@ use crate::branch::simulated::simulated_beyond;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::touch::TouchingLoop;
 use crate::error::{Error, Result};
+use crate::law::Transition;
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Event, Signature, with_shooting};
+use crate::orbit::{Signature, with_shooting};
 use crate::tolerance::{
     ASIDE_LENGTH, BEYOND_BOUNDARY_DISTANCE, BORN_IMPACT_SPEED, BORN_IMPACT_STEP,
     NEARER_BOUNDARY_FACTOR, PAST_CORNER_LENGTH, VANISHING_DURATION,
@@ -422,10 +423,10 @@ fn swapped(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option
     if instants
         .iter()
         .take(2)
-        .any(|own| !own.stage.held.is_empty())
+        .any(|own| !own.stage.regime.is_free())
         || instants
             .last()
-            .is_some_and(|own| !own.stage.held.is_empty())
+            .is_some_and(|own| !own.stage.regime.is_free())
     {
         return Ok(None);
     }
@@ -436,13 +437,15 @@ fn swapped(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option
     with_shooting(&scene, &problem.signature, |shooting, _| {
         let mut from = before;
         for own in &mut instants[..2] {
-            let Event::Strike(stops) = own.stage.event.clone() else {
+            let Transition::Strike(stops) = own.stage.transition.clone() else {
                 return Ok(());
             };
             let none = &mut DMatrix::zeros(from.state.len(), 0);
             let state = &mut from.state;
             let span = (from.start, own.time);
-            shooting.motion.flow(&from.stage.held, span, state, none)?;
+            shooting
+                .motion
+                .flow(&from.stage.regime, span, state, none)?;
             shooting.motion.impact(&stops, own.time, state, none)?;
             own.state.copy_from(state);
             (own.start, from) = (own.time, own.clone());

@@ -6,8 +6,9 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{ShootingNode, period, rebuilt};
 use crate::error::Result;
 use crate::hybrid::{HeldThrough, held_through};
+use crate::law::{Stage, Transition};
 use crate::model::contacts;
-use crate::orbit::{ContactStage, Event, with_shooting};
+use crate::orbit::with_shooting;
 use nalgebra::DMatrix;
 
 /// A loop with one impact more, where a stop is touched, and its problem.
@@ -39,13 +40,13 @@ impl<'a> BranchProblem<'a> {
         let HeldThrough { struck, thrown, .. } =
             with_shooting(&scene, &self.signature, |shooting, _| {
                 let none = &mut DMatrix::zeros(touched.state.len(), 0);
-                let held = &touched.stage.held;
+                let regime = &touched.stage.regime;
                 let motion = shooting.motion;
-                motion.flow(held, span, &mut touched.state, none)?;
-                held_through(motion, (stop, held), time, &touched.state)
+                motion.flow(regime, span, &mut touched.state, none)?;
+                held_through(motion, (stop, regime), time, &touched.state)
             })?;
         (touched.time, touched.start) = (time, time);
-        touched.stage.event = Event::Strike(struck);
+        touched.stage.transition = Transition::Strike(struck);
         let instant = if self.is_empty() {
             instants.clear();
             0
@@ -77,16 +78,16 @@ impl<'a> BranchProblem<'a> {
         let state = &place.state;
         let mut instants = self.instants(state);
         let own = instants[instant].clone();
-        let (held, without) = (own.stage.held.clone(), own.stage.held_but(stop));
+        let (held, without) = (own.stage.regime.clone(), own.stage.regime.without(stop));
         let scene = self.scene(place.value)?;
         let impact = contacts(&scene)[stop].law();
-        if !impact.is_inelastic() && !without.is_empty() {
+        if !impact.is_inelastic() && !without.is_free() {
             return Ok(None);
         }
         let mut signature = self.signature.clone();
-        signature.stages.push(ContactStage {
-            event: Event::Release(stop),
-            held: without.clone(),
+        signature.stages.push(Stage {
+            transition: Transition::Release(stop),
+            regime: without.clone(),
         });
         let end = state.times[instant + 1];
         let found = with_shooting(&scene, &signature, |shooting, _| {
@@ -103,21 +104,21 @@ impl<'a> BranchProblem<'a> {
             }
             let mut x = own.state.clone();
             let none = &mut DMatrix::zeros(x.len(), 0);
-            let event = if impact.is_inelastic() {
+            let transition = if impact.is_inelastic() {
                 motion.flow(&without, (own.time, start), &mut x, none)?;
                 let law = held_through(motion, (stop, &without), start, &x)?;
                 if !law.thrown.is_empty() {
                     return Ok(None);
                 }
                 motion.impact(&law.struck, start, &mut x, none)?;
-                Event::Strike(law.struck)
+                Transition::Strike(law.struck)
             } else {
                 motion.flow(&held, (own.time, start), &mut x, none)?;
-                Event::Chatter(stop)
+                Transition::Chatter(stop)
             };
-            let stage = ContactStage {
-                event,
-                held: held.clone(),
+            let stage = Stage {
+                transition,
+                regime: held.clone(),
             };
             Ok(Some(ShootingNode {
                 stage,
@@ -129,7 +130,7 @@ impl<'a> BranchProblem<'a> {
         let Some(landed) = found else {
             return Ok(None);
         };
-        instants[instant].stage.held = without;
+        instants[instant].stage.regime = without;
         instants.insert(instant + 1, landed);
         rebuilt(self, place, instants)
     }

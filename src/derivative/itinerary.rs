@@ -6,10 +6,9 @@ use crate::error::{Error, Result};
 use crate::flow::differences::WarningLog;
 use crate::hybrid::chatter_map::{NO_REST, complete, finish};
 use crate::hybrid::{IntegratedMaps, ScaledUnits, SegmentKind, Timed, joined, land, largest_of};
+use crate::law::{Regime, Stage, Transition};
 use crate::model::Scene;
-use crate::orbit::{
-    ContactStage, Event, Shooting, Signature, WEAK_INTEGRATED, instants_of, with_shooting,
-};
+use crate::orbit::{Shooting, Signature, WEAK_INTEGRATED, instants_of, with_shooting};
 use crate::simulate::{ImpactSide, Trajectory};
 use crate::tolerance::{FLIGHT_CUT_GROWTH, HIT_TOGETHER_GAP, TOUCHING_IMPACT_SPEED};
 use nalgebra::{DMatrix, DVector};
@@ -34,7 +33,7 @@ pub(super) struct RunArc {
     pub is_accumulating: bool,
 }
 
-/// A run arc by arc. The event at the end of arc k is number k + 1 of the signature; it is `Event::Nothing` where a flight is cut.
+/// A run arc by arc. The event at the end of arc k is number k + 1 of the signature; it is `Transition::Nothing` where a flight is cut.
 pub(super) struct Itinerary {
     pub arcs: Vec<RunArc>,
     pub signature: Signature,
@@ -61,11 +60,8 @@ impl Itinerary {
         if is_held || is_struck {
             return Ok(Err(BEGINS_IN_CONTACT.to_owned()));
         }
-        let mut stages = vec![free(Event::Nothing)];
-        stages.extend(instants.iter().map(|own| ContactStage {
-            event: own.event.clone(),
-            held: own.held.clone(),
-        }));
+        let mut stages = vec![Stage::free(Transition::Nothing)];
+        stages.extend(instants.iter().map(|own| own.stage.clone()));
         let states: Vec<&DVector<f64>> = instants.iter().map(|own| &own.state).collect();
         let units = units(states.into_iter().chain([&begin]), run);
         let mut all = Self {
@@ -89,18 +85,15 @@ impl Itinerary {
             all.signature.stages.truncate(1);
             let mut from = (first, begin);
             for own in instants {
-                let held = all.held(all.arcs.len()).to_vec();
+                debug_assert!(
+                    own.stage.transition.is_chatter() <= all.regime(all.arcs.len()).is_free()
+                );
                 let before = all.fly(shooting, from, own.time)?;
-                let stage = |event: Event| ContactStage {
-                    event,
-                    held: own.held.clone(),
-                };
-                if let Event::Chatter(stop) = own.event {
-                    debug_assert!(held.is_empty());
-                    all.accumulate(shooting, (own.time, before), stop, stage(own.event.clone()))?;
+                if own.stage.transition.is_chatter() {
+                    all.accumulate(shooting, (own.time, before), own.stage)?;
                     all.accumulations.push((own.time, own.start));
                 } else {
-                    all.signature.stages.push(stage(own.event));
+                    all.signature.stages.push(own.stage);
                 }
                 from = (own.start, own.state);
             }
@@ -128,7 +121,7 @@ impl Itinerary {
         (mut start, mut state): (f64, DVector<f64>),
         end: f64,
     ) -> Result<DVector<f64>> {
-        let held = self.held(self.arcs.len()).to_vec();
+        let regime = self.regime(self.arcs.len()).clone();
         let whole = end - start;
         let mut length = whole;
         let is_linear = shooting.weak_directions != WEAK_INTEGRATED;
@@ -144,7 +137,7 @@ impl Itinerary {
                 DMatrix::identity(state.len(), state.len())
             };
             let mut there = state.clone();
-            (shooting.motion).flow(&held, (start, to), &mut there, &mut jacobian)?;
+            (shooting.motion).flow(&regime, (start, to), &mut there, &mut jacobian)?;
             if self.units.scaled(&jacobian).amax() > FLIGHT_CUT_GROWTH
                 && length > whole * 0.5f64.powi(MOST_FLIGHT_CUTS)
             {
@@ -162,9 +155,9 @@ impl Itinerary {
             if to >= end {
                 return Ok(there);
             }
-            self.signature.stages.push(ContactStage {
-                event: Event::Nothing,
-                held: held.clone(),
+            self.signature.stages.push(Stage {
+                transition: Transition::Nothing,
+                regime: regime.clone(),
             });
             (start, state) = (to, there);
             length *= 2.0;
@@ -177,9 +170,9 @@ impl Itinerary {
         &mut self,
         shooting: &Shooting<'_>,
         (time, state): (f64, DVector<f64>),
-        stop: usize,
-        rest: ContactStage,
+        rest: Stage,
     ) -> Result<()> {
+        let stop = rest.transition.element().expect("impacts on a stop");
         let none = DMatrix::zeros(state.len(), 0);
         let mut y = Timed {
             time,
@@ -195,7 +188,8 @@ impl Itinerary {
         let ends = ends.map(|next| (next.time, next.before.clone()));
         let ends = ends.chain([(all.last_time, all.last)]);
         for (bounce, (end, before)) in all.bounces.iter().zip(ends) {
-            self.signature.stages.push(free(Event::Strike(vec![stop])));
+            let struck = Stage::free(Transition::Strike(vec![stop]));
+            self.signature.stages.push(struck);
             self.arcs.push(RunArc {
                 start: bounce.time,
                 end,
@@ -251,22 +245,23 @@ impl Itinerary {
 
     /// Whether an event only cuts a flight.
     pub fn is_cut(&self, event: usize) -> bool {
-        self.signature.stages[event].event == Event::Nothing
+        self.signature.stages[event].transition.is_nothing()
     }
 
-    pub fn held(&self, stage: usize) -> &[usize] {
-        &self.signature.stages[stage].held
+    /// The regime behind an event.
+    pub fn regime(&self, stage: usize) -> &Regime {
+        &self.signature.stages[stage].regime
     }
 
     /// Maps a state before an event to the one after it, with its deviations; stops held from then on take away, along their
     /// reactions, the deviations that would leave them.
     pub fn pass(&self, shooting: &Shooting<'_>, event: usize, y: &mut Timed) -> Result<()> {
-        if let Event::Chatter(stop) = self.signature.stages[event].event {
+        if let Transition::Chatter(stop) = self.signature.stages[event].transition {
             finish(shooting.motion, stop, &self.units, y)?;
         } else {
             shooting.pass(event, &self.units, y)?;
         }
-        land(shooting.motion, self.held(event), y)
+        land(shooting.motion, self.regime(event), y)
     }
 
     /// The scaled residual of the condition of an event in a state before it, and its derivatives by the deviations: the gap of the stop that
@@ -300,14 +295,6 @@ impl RunArc {
             deviations: DMatrix::zeros(self.before.len(), count),
             delays: DVector::zeros(count),
         }
-    }
-}
-
-/// An event after which no stop is held.
-fn free(event: Event) -> ContactStage {
-    ContactStage {
-        event,
-        held: Vec::new(),
     }
 }
 

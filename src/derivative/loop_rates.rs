@@ -4,11 +4,12 @@ use crate::branch::{check_same, stretched};
 use crate::derivative::stencil::{DifferenceOrder, Stencil, StencilNode};
 use crate::error::{Error, Result, digits};
 use crate::hybrid::ScaledUnits;
+use crate::law::Stage;
 use crate::linalg::singular::Singular;
 use crate::model::Scene;
 use crate::orbit::{
-    ContactStage, Event, Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature,
-    begun, shooting_flights, with_phase, with_shooting,
+    Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature, begun, shooting_flights,
+    with_phase, with_shooting,
 };
 use crate::tolerance::{
     DERIVATIVE_STEP_CHATTER, DERIVATIVE_STEP_EXACT, DERIVATIVE_STEP_INTEGRATED, LEAST_STEP_EFFECT,
@@ -79,8 +80,8 @@ impl Balance {
     }
 }
 
-fn is_chatter(stage: &ContactStage) -> bool {
-    matches!(stage.event, Event::Chatter(_))
+fn is_chatter(stage: &Stage) -> bool {
+    stage.transition.is_chatter()
 }
 
 /// The factor on the unit of length, a part of which ends the list of accumulating impacts, for which a loop has `count` flights: in the

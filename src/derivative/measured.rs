@@ -156,7 +156,7 @@ fn at_marks(
             let none = &mut DMatrix::zeros(state.len(), 0);
             shooting
                 .motion
-                .flow(flight.mode.held(), (from, time), &mut state, none)?;
+                .flow(flight.mode.lasting(), (from, time), &mut state, none)?;
         }
         all.push(match *quantity {
             ExtremeQuantity::Gap(stop) => shooting.motion.gap(stop, time, &state)?.gap,

@@ -71,7 +71,10 @@ impl Multipliers {
             Deviations::new(shooting, units, &own.state)
         })?;
         let stages = own.signature.stages.iter();
-        let held = stages.map(|stage| stage.held.len()).max().unwrap_or(0);
+        let held = stages
+            .map(|stage| stage.regime.constrained().len())
+            .max()
+            .unwrap_or(0);
         let shift = own.scene.frequency().is_none().then(|| {
             let off = |i: &usize| (all[*i] - 1.0).norm();
             (0..all.len()).min_by(|i, j| off(i).total_cmp(&off(j)))

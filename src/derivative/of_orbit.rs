@@ -10,7 +10,6 @@ use crate::derivative::rates::OrbitDerivatives;
 use crate::derivative::refusal::{refusal, singular};
 use crate::derivative::stencil::{DifferenceOrder, DifferenceQuotient, Stencil, StencilNode};
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
 use crate::hybrid::chatter_map::NO_REST;
 use crate::model::{Parameter, Scene, System};
 use crate::orbit::PeriodicOrbit;
@@ -58,7 +57,7 @@ pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Or
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
     let mut numbers = Numbers::new(scene, parameters, farthest)?;
     let mut flights = orbit.flights().iter();
-    if flights.any(|flight| flight.mode.kind == SegmentKind::Chatter) {
+    if flights.any(|flight| flight.mode.is_chatter()) {
         numbers = numbers.accumulating();
     }
     let make = |i: usize, offset: f64| numbers.scene(i, offset);

@@ -9,7 +9,7 @@ use crate::derivative::stencil::{DifferenceOrder, Stencil};
 use crate::error::{Error, Result};
 use crate::flow::differences::WarningLog;
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Event, Shooting, with_shooting};
+use crate::orbit::{Shooting, with_shooting};
 use crate::simulate::Trajectory;
 use crate::tolerance::{
     HIT_TOGETHER_GAP, RUN_DERIVATIVE_STEPS, RUN_VALUE_NOISE, SHORT_CONTACT, TOUCHING_IMPACT_SPEED,
@@ -164,8 +164,8 @@ impl Itinerary {
         let arc = &self.arcs[k];
         let (mut from, mut state) = (arc.start, arc.state.clone());
         for to in arc.asked.iter().map(|asked| asked.1).chain([arc.end]) {
-            let held = self.held(k);
-            (shooting.motion).flow(held, (from, to), &mut state, deviations)?;
+            let regime = self.regime(k);
+            (shooting.motion).flow(regime, (from, to), &mut state, deviations)?;
             show(&state, deviations);
             from = to;
         }
@@ -251,7 +251,7 @@ impl Itinerary {
             if let Some(reason) = self.refused(shooting, event, arc)? {
                 return Ok(Some(reason));
             }
-            let rate = shooting.motion.rate(self.held(k), arc.end, &arc.before)?;
+            let rate = shooting.motion.rate(self.regime(k), arc.end, &arc.before)?;
             let mut y = arc.timed(count);
             y.deviations.copy_from(&x);
             let mut flow = arc.timed(1);
@@ -271,7 +271,7 @@ impl Itinerary {
             self.pass(shooting, event, &mut y)?;
             y.deviations += next(two_n);
             y.delays += next(1).transpose();
-            let rate = shooting.motion.rate(self.held(event), y.time, &y.state)?;
+            let rate = shooting.motion.rate(self.regime(event), y.time, &y.state)?;
             x = y.deviations - rate * y.delays.transpose();
         }
         Ok(None)
@@ -285,23 +285,22 @@ impl Itinerary {
         arc: &RunArc,
     ) -> Result<Option<String>> {
         let (at, n) = (arc.end, arc.before.len() / 2);
-        if let Event::Strike(stops) = &self.signature.stages[event].event {
+        if let &[first, ..] = self.signature.stages[event].transition.struck() {
             // Some of several stops that are met at once may receive no impulse.
-            let before = self.held(event - 1);
-            for stop in (0..self.n_stops).filter(|stop| !before.contains(stop)) {
+            let before = self.regime(event - 1);
+            for stop in (0..self.n_stops).filter(|&stop| !before.holds(stop)) {
                 let gap = shooting.motion.gap(stop, at, &arc.before)?;
                 let size = gap.gradient.amax();
                 let speed = gap.speed(arc.before.rows(n, n));
                 let is_met =
                     gap.gap <= HIT_TOGETHER_GAP * size * self.units.position && speed < 0.0;
-                if is_met && stop != stops[0] {
+                if is_met && stop != first {
                     return Ok(Some(format!(
-                        "the run hits stops {} and {stop} together at t = {at}: it would hit one of them first",
-                        stops[0]
+                        "the run hits stops {first} and {stop} together at t = {at}: it would hit one of them first"
                     )));
                 }
                 let is_slow = speed.abs() <= TOUCHING_IMPACT_SPEED * size * self.units.velocity;
-                if stop == stops[0] && is_slow && !arc.is_accumulating {
+                if stop == first && is_slow && !arc.is_accumulating {
                     return Ok(Some(format!(
                         "the run grazes stop {stop} at t = {at}: one-sided only"
                     )));
@@ -310,7 +309,7 @@ impl Itinerary {
         }
         let next = &self.arcs[event];
         let is_short = next.end - next.start <= SHORT_CONTACT * TAU * self.units.time;
-        let held = self.held(event).first();
+        let held = self.regime(event).constrained().first();
         let short = held.filter(|_| is_short && event + 1 < self.arcs.len());
         Ok(short.map(|stop| {
             format!("the contact with stop {stop} at t = {at} ends as it begins: one-sided only")

@@ -2,7 +2,7 @@
 
 use crate::derivative::loop_rates::Loop;
 use crate::error::Result;
-use crate::orbit::{Event, Extremes};
+use crate::orbit::Extremes;
 use crate::tolerance::{COINCIDENT_INSTANTS, FAMILY_PART, SHORT_CONTACT, SINGULAR_LOOP, TOUCHED};
 use nalgebra::DVector;
 
@@ -37,10 +37,8 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
         return Ok(Some(reason.to_owned()));
     }
     if rows > unknowns {
-        let together = stages.iter().find_map(|stage| match &stage.event {
-            Event::Strike(stops) if stops.len() > 1 => Some(stops),
-            _ => None,
-        });
+        let struck = stages.iter().map(|stage| stage.transition.struck());
+        let together = struck.into_iter().find(|stops| stops.len() > 1);
         let stops = together.map_or(String::new(), |stops| {
             format!(" {} and {}", stops[0], stops[1])
         });
@@ -56,7 +54,10 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
     let period = state.times[state.times.len() - 1] - state.times[0];
     for (k, stage) in stages.iter().enumerate() {
         let span = state.times[k + 1] - state.starts[k];
-        if let (Some(stop), true) = (stage.held.first(), span <= SHORT_CONTACT * period) {
+        if let (Some(stop), true) = (
+            stage.regime.constrained().first(),
+            span <= SHORT_CONTACT * period,
+        ) {
             return Ok(Some(format!(
                 "the contact with stop {stop} ends as it begins: one-sided only"
             )));

@@ -6,9 +6,11 @@ use crate::exponents::batches::Batches;
 use crate::exponents::frame::Frame;
 use crate::exponents::tangents::Tangents;
 use crate::hybrid::{
-    Graze, HybridMaps, ImpactAt, Landing, ScaledUnits, SegmentKind, across_impact, across_rest,
+    Graze, HybridMaps, ImpactsAt, Landing, ScaledUnits, SegmentKind, across_free_impact,
+    across_impacts, across_rest,
 };
 use crate::impact::Impact;
+use crate::law::Regime;
 use crate::observer::unless_broken_off;
 use crate::path::Path;
 use crate::tolerance::{IMPACT_RATE_MATCH, IMPULSE_ROUNDING, MOST_TANGENT_SPREAD, UNCOUPLED};
@@ -43,8 +45,8 @@ pub(crate) struct Follower<T> {
     pub counted: Counted,
     /// Impacts since the last segment.
     struck: Vec<Impact>,
-    /// The stops held on it.
-    held: Vec<usize>,
+    /// The regime of it.
+    regime: Regime,
     /// The fastest approach so far.
     fastest: f64,
     /// In how many pieces flights are followed now.
@@ -62,7 +64,7 @@ impl<T: Tangents> Follower<T> {
             batches,
             counted: Counted::default(),
             struck: Vec::new(),
-            held: Vec::new(),
+            regime: Regime::default(),
             fastest: 0.0,
             pieces: 1,
             asked: 0,
@@ -82,19 +84,19 @@ impl<T: Tangents> Follower<T> {
                 self.struck.push(*impact);
             }
             // Beside stops that are held so little is left of a chatter that it is a landing.
-            if segment.kind != SegmentKind::Chatter || segment.stops.len() > 1 {
-                self.pass_instant(start, &segment.stops)?;
+            if segment.kind != SegmentKind::Chatter || segment.regime.constrained().len() > 1 {
+                self.pass_instant(start, &segment.regime)?;
                 let range = path.parts.arcs_of(k);
                 for arcs in T::spans(range) {
                     let (first, last) = (path.arc(arcs.start), path.arc(arcs.end - 1));
                     self.tangents.read(path, arcs.start);
                     let end = last.clock.after(last.span).time();
-                    self.fly(&segment.stops, (first.clock.time(), end))?;
+                    self.fly(&segment.regime, (first.clock.time(), end))?;
                     self.tangents.arrive(path, arcs.end - 1);
                 }
             } else if end > start {
-                self.pass_instant(start, &[])?;
-                self.complete(segment.stops[0], start)?;
+                self.pass_instant(start, Regime::free())?;
+                self.complete(&segment.regime, start)?;
             }
         }
         self.struck.extend(impacts);
@@ -105,17 +107,17 @@ impl<T: Tangents> Follower<T> {
 
     /// Ends the motion at a time.
     pub fn finish(&mut self, end: f64) -> Result<()> {
-        self.pass_instant(end, &[])?;
-        self.pass_marks(end, &[])
+        self.pass_instant(end, Regime::free())?;
+        self.pass_marks(end, Regime::free())
     }
 
-    /// Goes along a flight, or along stops held, from one end of a batch to the next.
-    fn fly(&mut self, held: &[usize], (mut start, end): (f64, f64)) -> Result<()> {
+    /// Goes along a flight in a regime, from one end of a batch to the next.
+    fn fly(&mut self, regime: &Regime, (mut start, end): (f64, f64)) -> Result<()> {
         loop {
-            self.pass_marks(start, held)?;
+            self.pass_marks(start, regime)?;
             let to = end.min(self.batches.next_mark());
             if !(self.frame.is_empty() && self.batches.has_begun()) {
-                self.fly_between(held, (start, to))?;
+                self.fly_between(regime, (start, to))?;
             }
             start = to;
             if to >= end {
@@ -124,8 +126,8 @@ impl<T: Tangents> Follower<T> {
         }
     }
 
-    /// Ends the batches that end by a time, at which some stops are held.
-    fn pass_marks(&mut self, t: f64, held: &[usize]) -> Result<()> {
+    /// Ends the batches that end by a time, in a regime.
+    fn pass_marks(&mut self, t: f64, regime: &Regime) -> Result<()> {
         while self.batches.next_mark() <= t {
             if self.batches.has_begun() {
                 let growth = self.frame.growth();
@@ -134,8 +136,8 @@ impl<T: Tangents> Follower<T> {
                 self.batches.begin();
                 self.frame.begin_anew();
                 // Deviations that would leave the stops that are held are taken away from the beginning.
-                if !held.is_empty() {
-                    self.land(t, held, held.len())?;
+                if !regime.is_free() {
+                    self.land(t, regime, regime.constrained().len())?;
                 }
             }
         }
@@ -143,7 +145,7 @@ impl<T: Tangents> Follower<T> {
     }
 
     /// Goes on in pieces so short that every direction keeps its digits.
-    fn fly_between(&mut self, held: &[usize], (start, end): (f64, f64)) -> Result<()> {
+    fn fly_between(&mut self, regime: &Regime, (start, end): (f64, f64)) -> Result<()> {
         let before = (self.frame.clone(), self.tangents.state().clone());
         loop {
             let length = (end - start) / self.pieces as f64;
@@ -157,7 +159,7 @@ impl<T: Tangents> Follower<T> {
                     at(piece + 1)
                 };
                 self.tangents
-                    .fly(held, (at(piece), to), &mut self.frame.columns)?;
+                    .fly(regime, (at(piece), to), &mut self.frame.columns)?;
                 spread = spread.max(self.frame.orthonormalise());
                 if spread > MOST_TANGENT_SPREAD {
                     break;
@@ -187,25 +189,25 @@ impl<T: Tangents> Follower<T> {
         Ok(())
     }
 
-    /// Passes the impacts and landings between two segments; `held` are the stops held on the second one.
-    fn pass_instant(&mut self, t: f64, held: &[usize]) -> Result<()> {
+    /// Passes the impacts and landings between two segments, to the regime of the second one.
+    fn pass_instant(&mut self, t: f64, regime: &Regime) -> Result<()> {
         if !self.struck.is_empty() {
             let struck = std::mem::take(&mut self.struck);
-            self.strike(&struck, t, held)?;
+            self.strike(&struck, t, regime)?;
             self.struck = struck;
             self.struck.clear();
         }
-        let landed = held.iter().filter(|stop| !self.held.contains(stop)).count();
+        let held = regime.constrained().iter();
+        let landed = held.filter(|&&stop| !self.regime.holds(stop)).count();
         if landed > 0 {
-            self.land(t, held, landed)?;
+            self.land(t, regime, landed)?;
         }
-        self.held.clear();
-        self.held.extend_from_slice(held);
+        self.regime.clone_from(regime);
         Ok(())
     }
 
     /// The impacts of an instant, in their order.
-    fn strike(&mut self, struck: &[Impact], t: f64, held: &[usize]) -> Result<()> {
+    fn strike(&mut self, struck: &[Impact], t: f64, regime: &Regime) -> Result<()> {
         let maps = self.tangents.maps();
         let is_dead = struck
             .iter()
@@ -229,12 +231,12 @@ impl<T: Tangents> Follower<T> {
             return Ok(());
         }
         let alone = match struck {
-            [impact] if held.is_empty() && self.held.is_empty() => Some(impact.stop),
+            [impact] if regime.is_free() && self.regime.is_free() => Some(impact.stop),
             _ => None,
         };
         match alone {
             Some(stop) => self.tangents.strike(stop, t, &mut self.frame.columns)?,
-            None => self.strike_several(struck, t, held)?,
+            None => self.strike_several(struck, t, regime)?,
         }
         if is_dead {
             self.frame.collapse(self.frame.columns.nrows() - 1);
@@ -247,69 +249,65 @@ impl<T: Tangents> Follower<T> {
     }
 
     /// Impacts of several stops, or beside stops held.
-    fn strike_several(&mut self, struck: &[Impact], t: f64, held: &[usize]) -> Result<()> {
-        let before = &self.held;
+    fn strike_several(&mut self, struck: &[Impact], t: f64, regime: &Regime) -> Result<()> {
+        let before = &self.regime;
         let stops: Vec<usize> = struck.iter().map(|impact| impact.stop).collect();
         let is_clash = self
             .tangents
             .physically(&mut self.frame.columns, |maps, state, own| {
                 let hit: Vec<usize> = (stops.iter().copied())
-                    .filter(|stop| !before.contains(stop))
+                    .filter(|&stop| !before.holds(stop))
                     .collect();
                 let order = ImpactOrder::of(maps, &hit, t, state)?;
                 let is_joint = order == ImpactOrder::Coupled || hit.len() < stops.len();
                 let rounds: Vec<usize> = if is_joint {
                     hit.first().or(stops.first()).copied().into_iter().collect()
                 } else {
-                    hit.clone()
+                    hit
                 };
-                for (i, stop) in rounds.iter().enumerate() {
-                    let single = [*stop];
-                    let instant = ImpactAt {
-                        gap_of: *stop,
-                        struck: if is_joint { &stops } else { &single },
-                        held: (
-                            if i == 0 { before } else { &[] },
-                            if i + 1 == rounds.len() { held } else { &[] },
-                        ),
-                        time: t,
-                    };
-                    across_impact(maps, &instant, state, own)?;
-                }
+                let at = ImpactsAt {
+                    struck: &stops,
+                    order: &rounds,
+                    is_joint,
+                    regimes: (before, regime),
+                    time: t,
+                };
+                across_impacts(maps, &at, state, own)?;
                 Ok(order != ImpactOrder::Free)
             })?;
         self.counted.clashes += usize::from(is_clash && self.batches.has_begun());
         Ok(())
     }
 
-    /// The rest of impacts that accumulate on a stop, from a time on; it is held behind them.
-    fn complete(&mut self, stop: usize, t: f64) -> Result<()> {
+    /// The rest of impacts that accumulate, from a time on, to a regime that holds their stop.
+    fn complete(&mut self, regime: &Regime, t: f64) -> Result<()> {
+        let stop = regime.constrained()[0];
         if self.frame.is_empty() {
             self.counted.landings += usize::from(self.batches.has_begun());
         } else {
             let columns = &mut self.frame.columns;
             self.tangents.physically(columns, |maps, state, own| {
-                let units = ScaledUnits::of_state(state, &maps.rate(&[], t, state)?);
+                let units = ScaledUnits::of_state(state, &maps.rate(Regime::free(), t, state)?);
                 let rest = across_rest(maps, stop, &units, (t, state), own.clone())?;
                 state.clone_from(&rest.state);
-                *own = rest.held(maps, &[stop])?;
+                *own = rest.at_fixed_time(maps, regime)?;
                 Ok(())
             })?;
-            self.land(t, &[stop], 1)?;
+            self.land(t, regime, 1)?;
         }
-        self.held = vec![stop];
+        self.regime.clone_from(regime);
         Ok(())
     }
 
-    /// Some stops are held from now on: what would leave them is gone, along their reactions.
-    fn land(&mut self, t: f64, held: &[usize], landed: usize) -> Result<()> {
+    /// A regime holds stops from now on: what would leave them is gone, along their reactions.
+    fn land(&mut self, t: f64, regime: &Regime, landed: usize) -> Result<()> {
         self.counted.landings += if self.batches.has_begun() { landed } else { 0 };
         if self.frame.is_empty() {
             return Ok(());
         }
         let columns = &mut self.frame.columns;
         let gone = self.tangents.physically(columns, |maps, state, own| {
-            let landing = Landing::new(maps, held, t, state)?;
+            let landing = Landing::new(maps, regime, t, state)?;
             landing.take(own);
             Ok(landing.n_lost_directions())
         })?;
@@ -347,8 +345,7 @@ impl ImpactOrder {
                     let (mut x, mut own) =
                         (state.clone(), DMatrix::identity(state.len(), state.len()));
                     for stop in pair {
-                        let alone = [stop];
-                        across_impact(maps, &ImpactAt::alone(&alone, t), &mut x, &mut own)?;
+                        across_free_impact(maps, (stop, t), &mut x, &mut own)?;
                     }
                     Ok(own)
                 };

@@ -5,7 +5,8 @@ use crate::exponents::tangents::Tangents;
 use crate::flow::characteristic_length::{StepLengths, Tolerances, part_of};
 use crate::flow::differences::WarningLog;
 use crate::flow::steps::Tolerance;
-use crate::hybrid::{ImpactAt, IntegratedMaps, across_impact, joined};
+use crate::hybrid::{IntegratedMaps, across_free_impact, joined};
+use crate::law::Regime;
 use crate::model::Scene;
 use crate::path::{Evaluator, Path};
 use nalgebra::{DMatrix, DVector};
@@ -67,7 +68,7 @@ impl Tangents for IntegratedTangents {
         self.state = joined(&(q.clone(), v.clone()));
     }
 
-    fn hold(&mut self, _evaluator: &Evaluator) {}
+    fn take_regimes(&mut self, _evaluator: &Evaluator) {}
 
     /// All: the equations are integrated by steps of their own.
     fn spans(arcs: Range<usize>) -> impl Iterator<Item = Range<usize>> {
@@ -85,18 +86,16 @@ impl Tangents for IntegratedTangents {
 
     fn fly(
         &mut self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         self.maps
-            .flow_to(self.tolerance, held, span, &mut self.state, deviations)
+            .flow_to(self.tolerance, regime, span, &mut self.state, deviations)
     }
 
     fn strike(&mut self, stop: usize, time: f64, deviations: &mut DMatrix<f64>) -> Result<()> {
-        let alone = [stop];
-        let instant = ImpactAt::alone(&alone, time);
-        across_impact(&self.maps, &instant, &mut self.state, deviations)
+        across_free_impact(&self.maps, (stop, time), &mut self.state, deviations)
     }
 
     fn physically<R>(

@@ -231,7 +231,7 @@ impl Exponents<'_> {
         let n_dof = run.n_dof;
         let take = &mut |mut piece: RunPiece| {
             let path = piece.path(evaluator.clone(), n_dof);
-            follower.tangents.hold(&path.evaluator);
+            follower.tangents.take_regimes(&path.evaluator);
             follower.follow(&path, &piece.impacts, &piece.grazes)
         };
         let (q0, v0) = self.start;

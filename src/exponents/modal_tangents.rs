@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::exponents::tangents::Tangents;
 use crate::flow::{TimedScene, propagate, with_flow};
 use crate::hybrid::{ClosedFormMaps, HybridMaps, ModalImpacts};
+use crate::law::Regime;
 use crate::modal::{ModalState, pairs};
 use crate::model::Moment;
 use crate::path::{Evaluator, Path};
@@ -57,9 +58,9 @@ impl<'a> Tangents for ModalTangents<'a> {
         self.state = self.scene.modal.form.to_modal(q.as_slice(), v.as_slice());
     }
 
-    fn hold(&mut self, evaluator: &Evaluator) {
-        if let Evaluator::Exact { held, .. } = evaluator {
-            self.maps.hold(held);
+    fn take_regimes(&mut self, evaluator: &Evaluator) {
+        if let Evaluator::Exact { regimes, .. } = evaluator {
+            self.maps.take_regimes(regimes);
         }
     }
 
@@ -79,18 +80,18 @@ impl<'a> Tangents for ModalTangents<'a> {
 
     fn fly(
         &mut self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        if held.is_empty() {
+        if regime.is_free() {
             let (at, length) = (self.moment(span.0), span.1 - span.0);
             with_flow!(&*self.scene.flow, flow => propagate(flow, at, length, &mut self.state));
             self.scene.modal.form.propagate(length, deviations);
             return Ok(());
         }
         self.physically(deviations, |maps, state, own| {
-            maps.flow(held, span, state, own)
+            maps.flow(regime, span, state, own)
         })
     }
 

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
+use crate::law::Regime;
 use crate::path::{Evaluator, Path};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -23,18 +24,18 @@ pub(crate) trait Tangents {
 
     /// Is where the motion begins, before any impact there.
     fn begin(&mut self, start: (&DVector<f64>, &DVector<f64>));
-    /// Takes over the constrained motions of an evaluator.
-    fn hold(&mut self, evaluator: &Evaluator);
+    /// Takes over the motions in regimes of an evaluator.
+    fn take_regimes(&mut self, evaluator: &Evaluator);
     /// The arcs of a segment, in spans over which the motion goes on by itself from where it begins.
     fn spans(arcs: Range<usize>) -> impl Iterator<Item = Range<usize>>;
     /// Goes to the beginning of an arc of a path.
     fn read(&mut self, path: &Path, arc: usize);
     /// Is at the end of an arc of a path, to which it has flown.
     fn arrive(&mut self, path: &Path, arc: usize);
-    /// Goes on over a span of time while some stops are held.
+    /// Goes on over a span of time in a regime.
     fn fly(
         &mut self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         deviations: &mut DMatrix<f64>,
     ) -> Result<()>;

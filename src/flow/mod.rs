@@ -2,8 +2,6 @@
 
 pub(crate) mod block;
 pub(crate) mod characteristic_length;
-mod constrained;
-mod constrained_dynamics;
 mod dense;
 mod derivative;
 pub(crate) mod differences;
@@ -17,6 +15,8 @@ mod many_drive;
 mod modal_scene;
 pub(crate) mod own_time;
 mod pendulum_series;
+mod regime_dynamics;
+mod regime_motion;
 pub(crate) mod registers;
 pub(crate) mod samples;
 mod scene_flow;
@@ -30,15 +30,13 @@ mod timed_scene;
 pub(crate) mod variational;
 mod written_series;
 
-pub(crate) use constrained::ConstrainedMotion;
-pub(crate) use constrained_dynamics::ConstrainedDynamics;
 pub(crate) use dense::DenseFlow;
-#[cfg(test)]
-pub(crate) use gap_row::Quantity;
-pub(crate) use gap_row::{Derivatives, GapRow};
+pub(crate) use gap_row::{Derivatives, GapRow, Quantity};
 pub(crate) use linear::{FlowRows, LinearFlow, PropagatorCache, propagate};
 pub(crate) use modal_scene::{FlowCache, ModalScene, along};
 pub(crate) use pendulum_series::PendulumSeries;
+pub(crate) use regime_dynamics::RegimeDynamics;
+pub(crate) use regime_motion::RegimeMotion;
 pub(crate) use scene_flow::{SceneFlow, with_flow};
 pub(crate) use series_of::{BatchMotion, SeriesOf};
 pub(crate) use series_tangents::{SeriesTangents, TANGENT_LANES, TangentLanes};

@@ -1,17 +1,17 @@
 //! A linear scene in modal form with the phase of its forcing put into its amplitude, for runs by the clock; it keeps the motions
-//! with stops held that its runs have needed.
+//! in other regimes that its runs have needed.
 
 use crate::error::Result;
 use crate::flow::characteristic_length::CharacteristicLengths;
-use crate::flow::constrained::ConstrainedMotion;
 use crate::flow::derivative::LinearEquations;
 use crate::flow::modal_scene::ModalScene;
+use crate::flow::regime_motion::RegimeMotion;
 use crate::flow::scene_flow::SceneFlow;
-use crate::impact::Newton;
+use crate::law::{Newton, Regime};
 use crate::model::{Laws, Scene};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Motions with stops held that are kept with a scene. [work]
+/// Motions in other regimes that are kept with a scene. [work]
 const MOST_KEPT_MOTIONS: usize = 32;
 
 /// A linear scene as it runs by the clock, and its flow: the forcing's phase is in its amplitude. A slow force that begins from zero has
@@ -20,8 +20,8 @@ const MOST_KEPT_MOTIONS: usize = 32;
 pub(crate) struct TimedScene {
     pub modal: Arc<ModalScene>,
     pub flow: Arc<SceneFlow>,
-    /// Motions with stops held, as runs have needed them.
-    held: Mutex<Vec<Arc<ConstrainedMotion>>>,
+    /// Motions in regimes that are not free, as runs have needed them.
+    regimes: Mutex<Vec<Arc<RegimeMotion>>>,
     equations: OnceLock<LinearEquations>,
     lengths: OnceLock<CharacteristicLengths>,
     /// The times at which a signal passes from one polynomial to the next, ascending, shape `(n_breaks,)`, \[s\].
@@ -38,7 +38,7 @@ impl TimedScene {
                 flow: modal.flow(),
                 breaks: modal.excitation.breaks(),
                 modal: Arc::new(modal),
-                held: Mutex::default(),
+                regimes: Mutex::default(),
                 equations: OnceLock::new(),
                 lengths: OnceLock::new(),
                 laws: scene.laws().cloned(),
@@ -63,13 +63,13 @@ impl TimedScene {
         (self.lengths).get_or_init(|| CharacteristicLengths::new(&self.modal))
     }
 
-    /// The motion while some stops are held.
-    pub fn holding(&self, stops: &[usize]) -> Result<Arc<ConstrainedMotion>> {
-        let kept = || self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kept().iter().find(|motion| motion.stops == stops) {
+    /// The motion in a regime, made when it is first needed.
+    pub fn in_regime(&self, regime: &Regime) -> Result<Arc<RegimeMotion>> {
+        let kept = || self.regimes.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().find(|motion| motion.regime == *regime) {
             return Ok(Arc::clone(known));
         }
-        let made = Arc::new(ConstrainedMotion::new(&self.modal, stops)?);
+        let made = Arc::new(RegimeMotion::new(&self.modal, regime)?);
         let mut kept = kept();
         if kept.len() < MOST_KEPT_MOTIONS {
             kept.push(Arc::clone(&made));

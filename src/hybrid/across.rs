@@ -11,6 +11,7 @@ use crate::hybrid::maps::HybridMaps;
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
+use crate::law::Regime;
 use nalgebra::{DMatrix, DVector};
 
 /// The rest of impacts on a stop, from a time and a state before the first of them, in a motion of some units.
@@ -22,7 +23,7 @@ pub(crate) fn across_rest<M: HybridMaps>(
     deviations: DMatrix<f64>,
 ) -> Result<Timed> {
     let at = motion.gap(stop, time, state)?;
-    let rate = motion.rate(&[], time, state)?;
+    let rate = motion.rate(Regime::free(), time, state)?;
     let speed = at.speed(rate.rows(0, at.gradient.len()));
     let delays = at.deviations(&deviations) / -speed;
     let mut y = Timed {
@@ -36,42 +37,90 @@ pub(crate) fn across_rest<M: HybridMaps>(
 }
 
 impl Timed {
-    /// The deviations at a fixed time, while some stops are held.
-    pub fn held<M: HybridMaps>(self, motion: &M, held: &[usize]) -> Result<DMatrix<f64>> {
-        let rate = motion.rate(held, self.time, &self.state)?;
+    /// The deviations at a fixed time, in a regime.
+    pub fn at_fixed_time<M: HybridMaps>(self, motion: &M, regime: &Regime) -> Result<DMatrix<f64>> {
+        let rate = motion.rate(regime, self.time, &self.state)?;
         Ok(self.deviations - rate * self.delays.transpose())
     }
 }
 
-/// One impact: the stop that is reached, the stops that receive an impulse with it, those held before and after.
-pub(crate) struct ImpactAt<'a> {
-    pub gap_of: usize,
+/// One impact: the stop that is reached, the stops that receive an impulse with it, the regimes before and after.
+struct ImpactAt<'a> {
+    gap_of: usize,
+    struck: &'a [usize],
+    regimes: (&'a Regime, &'a Regime),
+    time: f64,
+}
+
+/// The impacts at one instant.
+pub(crate) struct ImpactsAt<'a> {
+    /// The stops that receive an impulse.
     pub struck: &'a [usize],
-    pub held: (&'a [usize], &'a [usize]),
+    /// The stops that are reached, in the order of their impacts.
+    pub order: &'a [usize],
+    /// Whether each impact is on all that are struck: those that are not reached are held and receive an impulse with another.
+    pub is_joint: bool,
+    /// The regimes before the first and after the last; between them all is free.
+    pub regimes: (&'a Regime, &'a Regime),
     pub time: f64,
 }
 
-impl<'a> ImpactAt<'a> {
-    /// One stop, that of a list of one, while none is held.
-    pub fn alone(stop: &'a [usize; 1], time: f64) -> Self {
-        Self {
-            gap_of: stop[0],
-            struck: stop,
-            held: (&[], &[]),
-            time,
-        }
+/// The impacts at one instant on a state and on deviations from it, one after the other.
+pub(crate) fn across_impacts<M: HybridMaps>(
+    motion: &M,
+    instant: &ImpactsAt<'_>,
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+) -> Result<()> {
+    let mut before = instant.regimes.0;
+    for (i, stop) in instant.order.iter().enumerate() {
+        let is_last = i + 1 == instant.order.len();
+        let after = if is_last {
+            instant.regimes.1
+        } else {
+            Regime::free()
+        };
+        let own = ImpactAt {
+            gap_of: *stop,
+            struck: if instant.is_joint {
+                instant.struck
+            } else {
+                std::slice::from_ref(stop)
+            },
+            regimes: (before, after),
+            time: instant.time,
+        };
+        across_impact(motion, &own, state, deviations)?;
+        before = after;
     }
+    Ok(())
+}
+
+/// The impact of one stop, while all are free, on a state and on deviations from it.
+pub(crate) fn across_free_impact<M: HybridMaps>(
+    motion: &M,
+    (stop, time): (usize, f64),
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+) -> Result<()> {
+    let own = ImpactAt {
+        gap_of: stop,
+        struck: &[stop],
+        regimes: (Regime::free(), Regime::free()),
+        time,
+    };
+    across_impact(motion, &own, state, deviations)
 }
 
 /// The impact on a state and on deviations from it.
-pub(crate) fn across_impact<M: HybridMaps>(
+fn across_impact<M: HybridMaps>(
     motion: &M,
     instant: &ImpactAt<'_>,
     state: &mut DVector<f64>,
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {
     let at = motion.gap(instant.gap_of, instant.time, state)?;
-    let before = motion.rate(instant.held.0, instant.time, state)?;
+    let before = motion.rate(instant.regimes.0, instant.time, state)?;
     let recoil = motion.recoil(instant.struck, instant.time, state)?;
     let (mut dh, n) = (DVector::zeros(before.len()), at.gradient.len());
     dh.rows_mut(0, n).copy_from(&at.gradient);
@@ -85,7 +134,7 @@ pub(crate) fn across_impact<M: HybridMaps>(
         let mut columns = std::mem::take(deviations).insert_column(count, 0.0);
         columns.set_column(count, &before);
         motion.impact(instant.struck, instant.time, state, &mut columns)?;
-        let mut slip = motion.rate(instant.held.1, instant.time, state)? - columns.column(count);
+        let mut slip = motion.rate(instant.regimes.1, instant.time, state)? - columns.column(count);
         if let Some(recoil) = &recoil {
             slip -= recoil;
         }

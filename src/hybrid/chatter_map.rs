@@ -30,6 +30,7 @@ use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::CompleteChatter;
+use crate::law::Regime;
 use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, CHATTER_DEPTH, NEAR_CHATTER_DEPTH};
 use nalgebra::{DMatrix, DVector};
 
@@ -111,7 +112,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
     let level = there.gap;
     let level_deviations = there.timed_deviations(&y.deviations, &y.delays);
     let mut bounces = Vec::new();
-    let mut arrival = motion.rate(&[], y.time, &y.state)?;
+    let mut arrival = motion.rate(Regime::free(), y.time, &y.state)?;
     loop {
         let rest = sequence(motion, stop, (y.time, &y.state), (&there, &arrival))?;
         if !(rest.speed < 0.0 && rest.acceleration < 0.0) || bounces.len() >= MOST_BOUNCES {
@@ -131,7 +132,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
             after: after.clone(),
             impulse: impulses[0],
         });
-        let rate = motion.rate(&[], y.time, &after)?;
+        let rate = motion.rate(Regime::free(), y.time, &after)?;
         let guess = rest.first_flight();
         let next = next_contact(motion, stop, (y.time, &after), level, guess);
         let span = match (next, last) {
@@ -145,8 +146,8 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         };
         let mut carried = &y.deviations - &rate * y.delays.transpose();
         let end = y.time + span;
-        motion.flow(&[], (y.time, end), &mut y.state, &mut carried)?;
-        arrival = motion.rate(&[], end, &y.state)?;
+        motion.flow(Regime::free(), (y.time, end), &mut y.state, &mut carried)?;
+        arrival = motion.rate(Regime::free(), end, &y.state)?;
         there = motion.gap(stop, end, &y.state)?;
         let speed = there.speed(arrival.rows(0, there.gradient.len()));
         y.delays = (&level_deviations - there.deviations(&carried)) / speed;
@@ -176,7 +177,7 @@ fn next_contact<M: HybridMaps + ?Sized>(
     let mut least = f64::INFINITY;
     for step in 0..MOST_FLIGHT_STEPS {
         let mut state = after.clone();
-        motion.flow(&[], (start, start + span), &mut state, &mut none)?;
+        motion.flow(Regime::free(), (start, start + span), &mut state, &mut none)?;
         let there = motion.gap(stop, start + span, &state)?;
         let (gap, n) = (there.gap, there.gradient.len());
         let speed = there.speed(state.rows(n, n));
@@ -219,7 +220,7 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
     }
     y.time += span;
     y.state += change;
-    land(motion, &[stop], y)
+    land(motion, &Regime::holding([stop]), y)
 }
 
 /// How long the rest takes and by what it changes a state, `((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`.
@@ -229,7 +230,7 @@ fn rest<M: HybridMaps + ?Sized>(
     t: f64,
     state: &DVector<f64>,
 ) -> Result<(f64, DVector<f64>)> {
-    let rate = motion.rate(&[], t, state)?;
+    let rate = motion.rate(Regime::free(), t, state)?;
     let gap = motion.gap(stop, t, state)?;
     let rest = sequence(motion, stop, (t, state), (&gap, &rate))?;
     let mut struck = state.clone();
@@ -269,7 +270,7 @@ mod tests {
             let misses = [1e-3, 1e-5].map(|speed| {
                 let state = dvector![1.0, 0.3, speed, -0.7];
                 let t = 0.2;
-                let rate = motion.rate(&[], t, &state).expect("regular");
+                let rate = motion.rate(Regime::free(), t, &state).expect("regular");
                 let pull = -rate[2];
                 assert!(pull < -1.0);
                 let b = motion.reaction(0, &state).expect("regular");

@@ -13,6 +13,7 @@ use crate::hybrid::{
     Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
     InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
 };
+use crate::law::Regime;
 use crate::model::{
     Change, Forcing, Harmonic, LinearSystem, Load, Scene, SceneMotion, Side, Signal, Stop,
 };
@@ -51,7 +52,7 @@ fn scene() -> Scene {
 /// What was recorded: the kinds of segments, the ends of arcs and the state in their middle.
 #[derive(Default)]
 struct Notes {
-    kinds: Vec<(SegmentKind, Vec<usize>)>,
+    kinds: Vec<(SegmentKind, Regime)>,
     ends: Vec<f64>,
     middles: Vec<f64>,
 }
@@ -64,8 +65,8 @@ impl Recorder for Notes {
         }
     }
 
-    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]) {
-        self.kinds.push((kind, stops.to_vec()));
+    fn begin_segment(&mut self, kind: SegmentKind, regime: &Regime) {
+        self.kinds.push((kind, regime.clone()));
     }
 
     fn wants_arc(&self, _span: &ArcSpan) -> bool {
@@ -123,8 +124,8 @@ fn facts<Y: HybridSystem + ?Sized>(system: &mut Y) -> Vec<Fact> {
         gap.gap.abs() < 1e-12 && gap.speed.abs() < 1e-12
     };
     let resting: Vec<usize> = stops.iter().copied().filter(rests).collect();
-    for held in [&[][..], &resting] {
-        let derivatives = system.gap_derivatives(&stops, held, 2..4);
+    for regime in [Regime::default(), Regime::holding(resting)] {
+        let derivatives = system.gap_derivatives(&stops, &regime, 2..4);
         let derivatives = derivatives.expect("regular");
         facts.extend(derivatives[0].iter().map(|[value, _]| *value));
         rough.extend(derivatives[1].iter().map(|[value, _]| *value));
@@ -146,9 +147,11 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let mut go_on = || ControlFlow::Continue(());
     let mut observer = Observer::new(&mut go_on);
     let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut observer);
-    let Arrival::Contact { stop } = arrival.expect("regular") else {
+    let Arrival::Event { guard } = arrival.expect("regular") else {
         panic!("no contact")
     };
+    assert!(guard.is_gap());
+    let stop = guard.element;
     all.push((stop as f64, 1.0));
     let system = flow.system();
     assert!(system.gap(stop).gap.abs() < 1e-10 && system.gap(stop).speed < 0.0);
@@ -165,7 +168,8 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     system.push(stop, -0.25).expect("regular");
     all.push((pushed, 1.0));
     // Held, it is on the stop at rest, and stays.
-    system.set_active_contacts(&[stop]).expect("regular");
+    let held = Regime::holding([stop]);
+    system.enter(&held).expect("regular");
     all.extend(facts(system));
     let gap = system.gap(stop);
     assert!(gap.gap.abs() < 1e-14 && gap.speed.abs() < 1e-14);
@@ -175,17 +179,19 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     orders[stop] = 0;
     let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
     match arrival.expect("regular") {
-        Arrival::Release { stop } => all.push((10.0 + stop as f64, 1.0)),
-        Arrival::Contact { stop } => all.push((20.0 + stop as f64, 1.0)),
+        Arrival::Event { guard } => {
+            let kind = if guard.is_gap() { 20.0 } else { 10.0 };
+            all.push((kind + guard.element as f64, 1.0));
+        }
         other => panic!("{other:?}"),
     }
     let system = flow.system();
     all.push((system.clock().time(), 1.0));
-    system.set_active_contacts(&[]).expect("regular");
+    system.enter(Regime::free()).expect("regular");
     all.extend(facts(system));
     let kinds: Vec<_> = notes.kinds.iter().map(|(kind, _)| *kind).collect();
     assert_eq!(kinds, [SegmentKind::Flight, SegmentKind::Stick]);
-    assert_eq!(notes.kinds[1].1, [stop]);
+    assert_eq!(notes.kinds[1].1, held);
     assert!((notes.ends[notes.ends.len() - 1] - system.clock().time()).abs() < 1e-12);
     all
 }
@@ -230,17 +236,17 @@ fn both_systems_keep_the_contract() {
 fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
     let state = dvector![0.1, -0.3, 0.7, 0.4];
     let mut all = Vec::new();
-    for held in [&[][..], &[0], &[2]] {
+    for held in [&[][..], &[0], &[2]].map(Regime::holding) {
         let mut x = state.clone();
-        project_onto(maps, held, 0.7, &mut x).expect("regular");
+        project_onto(maps, &held, 0.7, &mut x).expect("regular");
         all.extend(x.iter());
-        all.extend(maps.rate(held, 0.7, &x).expect("regular").iter());
+        all.extend(maps.rate(&held, 0.7, &x).expect("regular").iter());
         let mut deviations = DMatrix::identity(4, 4);
-        maps.flow(held, (0.7, 1.9), &mut x, &mut deviations)
+        maps.flow(&held, (0.7, 1.9), &mut x, &mut deviations)
             .expect("regular");
         all.extend(x.iter());
         // Deviations are those of motions that keep their contacts.
-        if held.is_empty() {
+        if held.is_free() {
             all.extend(deviations.iter());
         }
     }
@@ -254,7 +260,7 @@ fn maps_of<M: HybridMaps>(maps: &M) -> Vec<f64> {
     }
     for stop in 0..3 {
         let GapAt { gap, gradient, .. } = maps.gap(stop, 0.7, &state).expect("regular");
-        let rate: DVector<f64> = maps.rate(&[], 0.7, &state).expect("regular");
+        let rate: DVector<f64> = maps.rate(Regime::free(), 0.7, &state).expect("regular");
         let acceleration = maps.gap_acceleration(stop, 0.7, &state, &rate);
         all.extend([
             gap,
@@ -281,8 +287,8 @@ fn with_sampled_load() -> Scene {
 fn both_systems_have_the_same_maps() {
     for scene in [scene(), with_sampled_load()] {
         let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
-        let sets = [vec![0], vec![2]];
-        let held = crate::hybrid::constrained_motions(&modal, sets.iter().map(Vec::as_slice));
+        let regimes = [0, 2].map(|stop| Regime::holding([stop]));
+        let held = crate::hybrid::regime_motions(&modal, regimes.iter());
         // Of a forcing without a period all phases are in its tones.
         let phase = scene.frequency().map_or(0.0, |_| PHASE);
         let closed = maps_of(&ClosedFormMaps::new(&modal, phase, held.expect("regular")));

@@ -2,9 +2,10 @@
 
 use crate::error::Result;
 use crate::event::certified::SearchFailure;
-use crate::flow::ConstrainedMotion;
+use crate::flow::RegimeMotion;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::HybridSystem;
+use crate::law::Guard;
 use crate::observer::Observer;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -14,10 +15,8 @@ use std::sync::Arc;
 pub(crate) enum Arrival {
     /// At the end of the span.
     End,
-    /// At a stop.
-    Contact { stop: usize },
-    /// Where the contact force of a stop that is held falls through zero.
-    Release { stop: usize },
+    /// Where a guard fell through zero.
+    Event { guard: Guard },
     /// Where no step was short enough to tell contact from none.
     Stalled { stop: usize },
     /// Where the steps of an integrator became too short for the time.
@@ -49,9 +48,9 @@ pub(crate) trait HybridFlow {
     fn system(&mut self) -> &mut Self::System;
     /// Puts the motion at a state and a time, as new.
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64);
-    /// Goes to the next contact or release or over the whole span, `last` the time at which the run ends there. The gaps must have
-    /// been evaluated; `orders[i]` is the order of the root of gap i at the start, zero for an open gap. On a contact the
-    /// gaps have been evaluated there.
+    /// Goes to the next event or over the whole span, `last` the time at which the run ends there. The gaps must have
+    /// been evaluated; `orders[i]` is the order of the root at the start of the guard of element i, zero for an open gap. At an
+    /// event the gaps have been evaluated there.
     fn advance_to_event(
         &mut self,
         orders: &[usize],
@@ -67,8 +66,8 @@ pub(crate) trait HybridFlow {
     fn counts(&self) -> Counts;
     /// Remarks on the run since the start, to be appended to the message.
     fn remarks(&self) -> String;
-    /// The motions while stops were held, which arcs refer to.
-    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>>;
+    /// The motions in other regimes than the free one, which arcs refer to.
+    fn regime_motions(&self) -> Vec<Arc<RegimeMotion>>;
 }
 
 /// A flow in the form for which the event loop is compiled: static dispatch for exact flights, dynamic for integrated ones.

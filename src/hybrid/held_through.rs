@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::impact::resolve_impacts;
+use crate::law::Regime;
 use nalgebra::{DMatrix, DVector};
 
 /// The states, after an impact on one stop, of the stops that were held before.
@@ -17,17 +18,21 @@ pub(crate) struct HeldThrough {
     pub thrown: Vec<usize>,
 }
 
-/// The effect of an impact on a stop on others that are held. The law has no scale: the result is the same for every speed.
+/// The effect of an impact on a stop on others that are held in the regime before it. The law has no scale: the result is the same for every speed.
 ///
 /// # Errors
 /// What the maps report; reactions with which no impulses keep the stops from closing.
 pub(crate) fn held_through<M: HybridMaps + ?Sized>(
     maps: &M,
-    (hit, held): (usize, &[usize]),
+    (hit, before): (usize, &Regime),
     t: f64,
     state: &DVector<f64>,
 ) -> Result<HeldThrough> {
-    let others = held.iter().copied().filter(|stop| *stop != hit);
+    let others = before
+        .constrained()
+        .iter()
+        .copied()
+        .filter(|stop| *stop != hit);
     let stops: Vec<usize> = std::iter::once(hit).chain(others).collect();
     let count = stops.len();
     let mut found = HeldThrough {
@@ -82,7 +87,7 @@ mod tests {
         let scene = Scene::new(system.expect("definite"), Forcing::Unforced, stops);
         let modal = ModalScene::of(&scene.expect("valid"), "test").expect("linear");
         let maps = ClosedFormMaps::new(&modal, 0.0, Vec::new());
-        held_through(&maps, (1, &[0]), 0.0, &DVector::zeros(4)).expect("solvable")
+        held_through(&maps, (1, &Regime::holding([0])), 0.0, &DVector::zeros(4)).expect("solvable")
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::hybrid::maps::{HybridMaps, project_onto};
 use crate::hybrid::timed::Timed;
+use crate::law::Regime;
 use crate::linalg::rank::pseudo_inverse;
 use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, DEPENDENT};
 use nalgebra::{DMatrix, DVector};
@@ -18,13 +19,14 @@ pub(crate) struct Landing {
 }
 
 impl Landing {
-    /// The projection at a state on some stops.
+    /// The projection at a state on what a regime holds.
     pub fn new<M: HybridMaps + ?Sized>(
         maps: &M,
-        stops: &[usize],
+        regime: &Regime,
         t: f64,
         state: &DVector<f64>,
     ) -> Result<Self> {
+        let stops = regime.constrained();
         let (count, n) = (stops.len(), state.len() / 2);
         let mut rows = DMatrix::zeros(2 * count, 2 * n);
         let mut reactions = DMatrix::zeros(2 * n, 2 * count);
@@ -79,14 +81,14 @@ impl Landing {
     }
 }
 
-/// Brings a state onto stops that are held from its time on, and deviations from it.
-pub(crate) fn land<M: HybridMaps + ?Sized>(maps: &M, stops: &[usize], y: &mut Timed) -> Result<()> {
-    if stops.is_empty() {
+/// Brings a state to where the regime from its time on keeps it, and deviations from it.
+pub(crate) fn land<M: HybridMaps + ?Sized>(maps: &M, regime: &Regime, y: &mut Timed) -> Result<()> {
+    if regime.is_free() {
         return Ok(());
     }
-    project_onto(maps, stops, y.time, &mut y.state)?;
+    project_onto(maps, regime, y.time, &mut y.state)?;
     if y.deviations.ncols() > 0 {
-        let landing = Landing::new(maps, stops, y.time, &y.state)?;
+        let landing = Landing::new(maps, regime, y.time, &y.state)?;
         landing.take_timed(&mut y.deviations, &y.delays);
     }
     Ok(())

@@ -2,7 +2,8 @@
 //! stability see it.
 
 use crate::error::Result;
-use crate::impact::{Newton, StopsAt, project};
+use crate::impact::{StopsAt, project};
+use crate::law::{Newton, Regime};
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
@@ -66,11 +67,11 @@ impl Breaks {
 
 /// The maps of a scene. A state is `(q, v)`; deviations are columns of such.
 pub(crate) trait HybridMaps {
-    /// Carries a state from one time to another while some stops are held, and multiplies deviations by the Jacobian of the
-    /// flow; a state is first brought onto the stops held.
+    /// Carries a state from one time to another in a regime, and multiplies deviations by the Jacobian of the flow; a state is first
+    /// brought to where the regime keeps it.
     fn flow(
         &self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
@@ -78,20 +79,20 @@ pub(crate) trait HybridMaps {
     /// The same, with the Jacobian where it is made on the way.
     fn flow_by_jacobian(
         &self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Option<DMatrix<f64>>> {
-        self.flow(held, span, state, deviations)?;
+        self.flow(regime, span, state, deviations)?;
         Ok(None)
     }
     /// The largest scaled mismatch of what counts as closed.
     fn closes_to(&self) -> f64 {
         ORBIT_CLOSED
     }
-    /// The rate of change of a state while some stops are held.
-    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;
+    /// The rate of change of a state in a regime.
+    fn rate(&self, regime: &Regime, t: f64, state: &DVector<f64>) -> Result<DVector<f64>>;
     /// Applies the impacts of the stops hit together at a fixed time, and returns their impulses.
     fn impact(
         &self,
@@ -137,14 +138,15 @@ pub(crate) trait HybridMaps {
     fn law(&self, stop: usize) -> Newton;
 }
 
-/// Moves a state at a time onto some stops, along their reactions, and takes its normal speeds relative to them away.
+/// Moves a state at a time to where a regime keeps it: onto the stops that it holds, along their reactions, without normal speeds relative
+/// to them.
 pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
     maps: &M,
-    stops: &[usize],
+    regime: &Regime,
     t: f64,
     state: &mut DVector<f64>,
 ) -> Result<()> {
-    if stops.is_empty() {
+    if regime.is_free() {
         return Ok(());
     }
     let n = state.len() / 2;
@@ -153,7 +155,7 @@ pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
         state.rows_mut(0, n).copy_from(q);
         let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
         let (mut normals, mut reactions) = (Vec::new(), Vec::new());
-        for &stop in stops {
+        for &stop in regime.constrained() {
             let at = maps.gap(stop, t, state)?;
             gaps.push(at.gap);
             speeds.push(at.slope);

@@ -9,6 +9,7 @@ mod closed_form;
 mod contract;
 mod flow;
 mod held_through;
+mod instant;
 mod integrated;
 mod landing;
 mod maps;
@@ -18,12 +19,11 @@ mod segment;
 pub(crate) mod system;
 mod timed;
 
-pub(crate) use across::{ImpactAt, across_impact, across_rest};
-pub(crate) use closed_form::{
-    ClosedForm, ClosedFormMaps, ModalImpacts, constrained_motions, joined,
-};
+pub(crate) use across::{ImpactsAt, across_free_impact, across_impacts, across_rest};
+pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, joined, regime_motions};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use held_through::{HeldThrough, held_through};
+pub(crate) use instant::{condition, pass};
 pub(crate) use integrated::{
     FlightPieces, InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum,
     SeriesPiece, SeriesStep, Taylor, has_series, series_order,

@@ -3,6 +3,7 @@
 use crate::flow::steps::{Dense, DenseOutput, State};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::law::Regime;
 use crate::modal::Pair;
 use crate::model::PhysicalState;
 use std::ops::ControlFlow;
@@ -75,8 +76,8 @@ impl<S: State, const P: usize> Written for Dense<S, P> {
 pub(crate) trait Recorder {
     /// The kinds of things that it wants.
     fn wanted(&self) -> Wanted;
-    /// Begins a segment, with the stops in contact; the arcs that follow belong to it.
-    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]);
+    /// Begins a segment, along which the motion is that of a regime; the arcs that follow belong to it.
+    fn begin_segment(&mut self, kind: SegmentKind, regime: &Regime);
     /// Whether it wants an arc.
     fn wants_arc(&self, span: &ArcSpan) -> bool;
     /// An arc of the motion.

@@ -1,6 +1,7 @@
 //! The parts of a motion that meets stops.
 
 use crate::error::{Error, Result};
+use crate::law::Regime;
 
 /// What a part of a trajectory is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +15,15 @@ pub enum SegmentKind {
 }
 
 impl SegmentKind {
+    /// The kind of a part of a motion in a regime.
+    pub(crate) fn of(regime: &Regime) -> Self {
+        if regime.constrained().is_empty() {
+            Self::Flight
+        } else {
+            Self::Stick
+        }
+    }
+
     const ALL: [Self; 3] = [Self::Flight, Self::Chatter, Self::Stick];
 
     /// The name used in Python.

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
-use crate::impact::Newton;
+use crate::law::{Newton, Regime};
 use crate::model::PhysicalState;
 use crate::quantity::positive_part;
 use nalgebra::{DMatrix, DVector};
@@ -111,12 +111,12 @@ pub(crate) trait Accelerations {
     fn acceleration_lost(&self, _stop: usize) -> f64 {
         0.0
     }
-    /// Time derivatives of some orders, from the second on, of the gaps of some stops while others are held, and what rounding leaves
+    /// Time derivatives of some orders, from the second on, of the gaps of some stops in a regime, and what rounding leaves
     /// unknown of each; those of the orders that the system can tell, and that say more.
     fn gap_derivatives(
         &mut self,
         stops: &[usize],
-        held: &[usize],
+        regime: &Regime,
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>>;
     /// The third derivative of a gap in free motion.
@@ -190,8 +190,8 @@ pub(crate) trait Holding {
     fn raise(&mut self, _stop: usize) -> Result<()> {
         Ok(())
     }
-    /// Holds these stops from now on, none to let all go; their gaps and speeds are made exact zeros.
-    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()>;
+    /// Enters a regime; gaps that it keeps closed, and their speeds, are made exact zeros.
+    fn enter(&mut self, regime: &Regime) -> Result<()>;
     /// Completes the impacts on the first of some stops, which is about to be struck, that accumulate (theory 9) while the others are
     /// held: goes on over a span, that of the infinite sequence or what is left of it, and to where the gaps and their speeds are zero.
     fn complete_chatter(

@@ -1,7 +1,7 @@
 //! Audit of any given recovery matrix (theory 9): can rigid frictionless stops with these normals do it?
 
 use crate::error::{Error, Result};
-use crate::impact::newton::Newton;
+use crate::law::Newton;
 use crate::linalg::{eigen, rank};
 use crate::quantity::{finite_square, finite_vector};
 use crate::tolerance::{AUDIT_TOL, SYMMETRY_TOL};

@@ -4,7 +4,7 @@
 //! With the speed `h' < 0` before an impact and the acceleration `h'' = a < 0` of the free motion, both constant but for what the
 //! flights are short in, each impact leaves `-e h'` and the next comes after `2 e h'/a`: geometric series with the ratio e.
 
-use crate::impact::newton::Newton;
+use crate::law::Newton;
 use nalgebra::DVector;
 
 /// All impacts that follow one on a stop, itself included: `0 < e < 1`.

@@ -3,7 +3,7 @@
 //! the stop; impulses push away from it.
 
 use crate::error::{Error, Result};
-use crate::impact::newton::Newton;
+use crate::law::Newton;
 use crate::linalg::complementarity;
 use crate::quantity::{Restitution, finite_square, finite_vector};
 use crate::tolerance::{

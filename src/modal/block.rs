@@ -4,8 +4,10 @@
 
 use crate::linalg::exponential::{phi1, phi1_divided};
 use crate::linalg::plane::Pair;
+use crate::modal::oscillator_roots::{
+    OscillatorRoots, oscillator_roots, over_load_response, under_one_minus_cp,
+};
 use crate::modal::propagation::{Matrix, Propagation};
-use crate::modal::regime::{Regime, over_load_response, regime, under_one_minus_cp};
 use crate::tolerance::SPIRAL_TURN;
 use nalgebra::Complex;
 
@@ -36,12 +38,14 @@ impl Block {
     /// The two eigenvalues, the one of smaller modulus first where they are real.
     pub fn roots(self) -> Response {
         match self {
-            Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under {
+            Self::Oscillator { w2, eta } => match oscillator_roots(w2, eta) {
+                OscillatorRoots::Under {
                     damped_frequency: wd,
                 } => [Complex::new(-eta, wd), Complex::new(-eta, -wd)],
-                Regime::Over { l1, l2, .. } if l1.abs() <= l2.abs() => [l1.into(), l2.into()],
-                Regime::Over { l1, l2, .. } => [l2.into(), l1.into()],
+                OscillatorRoots::Over { l1, l2, .. } if l1.abs() <= l2.abs() => {
+                    [l1.into(), l2.into()]
+                }
+                OscillatorRoots::Over { l1, l2, .. } => [l2.into(), l1.into()],
             },
             Self::Spiral { sigma, omega } => {
                 [Complex::new(sigma, omega), Complex::new(sigma, -omega)]
@@ -58,13 +62,13 @@ impl Block {
     /// What `e^{A t}` needs at any t, computed once.
     pub fn propagation(self) -> Propagation {
         match self {
-            Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under { damped_frequency } => Propagation::Under {
+            Self::Oscillator { w2, eta } => match oscillator_roots(w2, eta) {
+                OscillatorRoots::Under { damped_frequency } => Propagation::Under {
                     w2,
                     eta,
                     damped_frequency,
                 },
-                Regime::Over { l1, l2, half_gap } => Propagation::Over {
+                OscillatorRoots::Over { l1, l2, half_gap } => Propagation::Over {
                     w2,
                     l1,
                     l2,
@@ -81,11 +85,11 @@ impl Block {
         match self {
             Self::Oscillator { w2, eta } => {
                 let s = self.propagator(t)[0][1];
-                let upper = match regime(w2, eta) {
-                    Regime::Under {
+                let upper = match oscillator_roots(w2, eta) {
+                    OscillatorRoots::Under {
                         damped_frequency: wd,
                     } => under_one_minus_cp(eta, wd, t),
-                    Regime::Over { l1, l2, .. } => w2 * over_load_response(l1, l2, t),
+                    OscillatorRoots::Over { l1, l2, .. } => w2 * over_load_response(l1, l2, t),
                 };
                 [[upper, -s], [w2 * s, upper + 2.0 * eta * s]]
             }
@@ -120,9 +124,9 @@ impl Block {
             )
         };
         match self {
-            Self::Oscillator { w2, eta } => match regime(w2, eta) {
-                Regime::Under { damped_frequency } => pair(-eta, damped_frequency),
-                Regime::Over { l1, l2, .. } => real(l1, l2),
+            Self::Oscillator { w2, eta } => match oscillator_roots(w2, eta) {
+                OscillatorRoots::Under { damped_frequency } => pair(-eta, damped_frequency),
+                OscillatorRoots::Over { l1, l2, .. } => real(l1, l2),
             },
             Self::Spiral { sigma, omega } => pair(sigma, omega),
             Self::Decays { roots } => real(roots[0], roots[1]),

@@ -5,10 +5,10 @@ mod block;
 mod complex;
 mod form;
 mod modes;
+mod oscillator_roots;
 mod propagation;
 mod ramped;
 mod real;
-mod regime;
 mod state;
 
 pub(crate) use crate::linalg::plane::{Pair, times};

@@ -4,7 +4,7 @@
 use crate::linalg::elementary::{exp, sin_cos};
 use crate::linalg::exponential::{phi1, sinc};
 use crate::linalg::plane::Pair;
-use crate::modal::regime::{over_load_response, under_one_minus_cp};
+use crate::modal::oscillator_roots::{over_load_response, under_one_minus_cp};
 use crate::tolerance::{FAR_FROM_ONE, SINC_SERIES};
 use nalgebra::Complex;
 

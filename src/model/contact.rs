@@ -1,6 +1,7 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
 use crate::error::Result;
+use crate::law::Newton;
 use crate::linalg::rank;
 use crate::model::constraint::Constraint;
 use crate::model::dynamics::solve_mass_at;
@@ -297,6 +298,11 @@ impl GapValue {
 }
 
 impl Contact {
+    /// The law of the stop.
+    pub const fn law(&self) -> Newton {
+        Newton::new(self.restitution)
+    }
+
     /// The gap along a motion at a moment, as [`Surface::along`] for a surface that rests.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The stops of a linear scene as matrices: n coordinates, k stops.
 
+use crate::law::Newton;
 use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
@@ -65,6 +66,12 @@ impl ContactGeometry {
             clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
             restitutions: DVector::from_iterator(k, stops.iter().map(|s| s.restitution().value())),
         }
+    }
+
+    /// The law of a stop.
+    #[inline]
+    pub fn law(&self, stop: usize) -> Newton {
+        Newton::new(self.restitutions[stop])
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other.

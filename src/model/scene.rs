@@ -1,6 +1,7 @@
 //! A scene: a system, its forcing and its stops, checked against each other once.
 
 use crate::error::{Error, Result};
+use crate::law::Newton;
 use crate::model::change::{Change, scale_damping, set_clearance, set_restitution};
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
@@ -21,9 +22,10 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 impl Laws {
-    /// The restitution of a stop at a time, where it drifts.
-    pub fn restitution(&self, stop: usize, t: f64) -> Option<f64> {
-        Some(self.restitutions[stop]?.value(t))
+    /// The law of a stop at a time, where it drifts.
+    #[inline]
+    pub fn law(&self, stop: usize, t: f64) -> Option<Newton> {
+        Some(Newton::new(self.restitutions[stop]?.value(t)))
     }
 }
 

@@ -2,7 +2,6 @@
 //! points at which the motion is drawn, and at instants, where it may jump.
 
 use crate::error::Result;
-use crate::hybrid::SegmentKind;
 use crate::model::{Contact, Moment, Scene, contacts};
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
@@ -147,7 +146,7 @@ impl Along<'_> {
     /// Whether a stop is hit, or held.
     fn is_met(&self, stop: usize) -> bool {
         let mut instants = self.pattern.instants().iter();
-        let is_held = |flight: &Flight| flight.mode.stops.contains(&stop);
+        let is_held = |flight: &Flight| !flight.mode.regime.leaves_free(stop);
         instants.any(|instant| instant.contains(&stop)) || self.flights.iter().any(is_held)
     }
 }
@@ -203,7 +202,7 @@ impl OrbitQuantities<'_> {
         for point in path.points()? {
             let segments = &path.parts.segments;
             let flight = segments.partition_point(|own| own.first <= point.arc) - 1;
-            let is_flight = |flight: &Flight| flight.mode.kind != SegmentKind::Chatter;
+            let is_flight = |flight: &Flight| !flight.mode.is_chatter();
             let Some(own) = flights.get(flight).filter(|flight| is_flight(flight)) else {
                 continue;
             };
@@ -267,7 +266,7 @@ impl OrbitQuantities<'_> {
             };
             let signed = |k: usize| values[k][quantity].map(|x| sign * x);
             keep(signed(0)[0], 0.0, false);
-            if stop.is_some_and(|stop| own.mode.stops.contains(&stop)) {
+            if stop.is_some_and(|stop| !own.mode.regime.leaves_free(stop)) {
                 continue;
             }
             // A flight that begins on the stop may do so without speed.

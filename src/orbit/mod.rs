@@ -40,7 +40,6 @@ pub use shooting::guess::Guess;
 pub use stability::multipliers::{OrderMultipliers, Stability};
 pub use verdict::admissibility::{Touch, Violation};
 
-pub(crate) use contact_mode::{ContactStage, Event};
 pub(crate) use extremes::{Extremes, PlaceOnFlight};
 pub(crate) use impacts::list_impacts;
 pub(crate) use one_instant::periodic_conditions::PeriodicConditions;

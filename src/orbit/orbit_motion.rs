@@ -3,15 +3,16 @@
 
 use crate::error::Result;
 use crate::flow::steps::DenseOutput;
-use crate::flow::{ConstrainedMotion, ModalScene, with_flow};
+use crate::flow::{ModalScene, RegimeMotion, with_flow};
 use crate::hybrid::ScaledUnits;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
     ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, SegmentKind,
-    constrained_motions,
+    regime_motions,
 };
 use crate::impact::Impact;
+use crate::law::Regime;
 use crate::modal::ModalState;
 use crate::model::PhysicalState;
 use crate::observer::Observer;
@@ -37,7 +38,7 @@ pub(crate) enum OrbitMotion {
     Modal {
         modal: Arc<ModalScene>,
         /// The motions while stops are held.
-        held: Vec<Arc<ConstrainedMotion>>,
+        regimes: Vec<Arc<RegimeMotion>>,
     },
     Stepped {
         motion: Arc<IntegratedMaps>,
@@ -68,9 +69,9 @@ fn unpaired(state: &ModalState) -> DVector<f64> {
 impl OrbitMotion {
     /// The modal flights of a linear scene, along which stops may be held.
     pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
-        let stops = flights.iter().map(|flight| flight.mode.stops.as_slice());
-        let held = constrained_motions(&modal, stops)?;
-        Ok(Self::Modal { modal, held })
+        let regimes = flights.iter().map(|flight| &flight.mode.regime);
+        let regimes = regime_motions(&modal, regimes)?;
+        Ok(Self::Modal { modal, regimes })
     }
 
     /// The pieces of the flights of any scene.
@@ -83,10 +84,10 @@ impl OrbitMotion {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
             // The rest of impacts that accumulate is a line.
-            let pieces = if flight.mode.kind == SegmentKind::Chatter {
+            let pieces = if flight.mode.is_chatter() {
                 FlightPieces::line(flight.span, &state, &end)
             } else {
-                motion.pieces(flight.mode.held(), span, &state)?
+                motion.pieces(flight.mode.lasting(), span, &state)?
             };
             Ok((flight.start, pieces))
         };
@@ -122,10 +123,10 @@ impl OrbitMotion {
             Self::Modal { modal, .. } => {
                 for flight in flights {
                     let arc = arc_span(modal.frequency, flight.start, flight.span);
-                    parts.begin(flight.mode.kind, &flight.mode.stops);
+                    parts.begin(flight.mode.kind, &flight.mode.regime);
                     parts.push(&arc, flight.after.as_slice());
                 }
-                parts.begin(SegmentKind::Flight, &[]);
+                parts.begin(SegmentKind::Flight, Regime::free());
                 parts.push(
                     &arc_span(modal.frequency, period, 0.0),
                     flights[0].after.as_slice(),
@@ -139,10 +140,10 @@ impl OrbitMotion {
                     }
                 };
                 for (flight, (start, own)) in flights.iter().zip(pieces.iter()) {
-                    parts.begin(flight.mode.kind, &flight.mode.stops);
+                    parts.begin(flight.mode.kind, &flight.mode.regime);
                     push(&mut parts, *start, own);
                 }
-                parts.begin(SegmentKind::Flight, &[]);
+                parts.begin(SegmentKind::Flight, Regime::free());
                 let closed = motion.instant(&unpaired(&flights[0].after));
                 push(&mut parts, period, &closed);
             }
@@ -157,10 +158,10 @@ impl OrbitMotion {
 
     fn evaluator(&self, phase: f64) -> Evaluator {
         match self {
-            Self::Modal { modal, held } => Evaluator::Exact {
+            Self::Modal { modal, regimes } => Evaluator::Exact {
                 modal: Arc::clone(modal),
                 flow: modal.flow(),
-                held: held.clone(),
+                regimes: regimes.clone(),
                 phase,
             },
             Self::Stepped { motion, .. } => match motion.series_order() {
@@ -190,7 +191,7 @@ impl OrbitMotion {
         least: [f64; 2],
     ) -> Result<Option<f64>> {
         let along = (pattern, flights);
-        let (modal, held) = match self {
+        let (modal, regimes) = match self {
             Self::Stepped { motion, pieces } => {
                 let end = |k: usize| {
                     let end = pieces[k].1.end().map(|(_, x)| DVector::from_vec(x));
@@ -198,22 +199,22 @@ impl OrbitMotion {
                 };
                 return closure_defect(&**motion, along, unpaired, least, end);
             }
-            Self::Modal { modal, held } => (modal, held),
+            Self::Modal { modal, regimes } => (modal, regimes),
         };
-        let maps = ClosedFormMaps::new(modal, phase, held.clone());
+        let maps = ClosedFormMaps::new(modal, phase, regimes.clone());
         let state = |pairs: &ModalState| modal.form.state_of(pairs);
         with_flow!(&*modal.flow(), f => {
             let mut carrier = FlightPropagator::new(modal, f);
             closure_defect(&maps, along, state, least, |k| {
                 let flight = &flights[k];
-                if flight.mode.kind == SegmentKind::Flight {
+                if flight.mode.is_flight() {
                     return Ok(state(carrier.end(phase, flight)));
                 }
                 let mut x = state(&flight.after);
                 let middle = flight.start + 0.5 * flight.span;
                 for span in [(flight.start, middle), (middle, flight.start + flight.span)] {
                     let none = &mut DMatrix::zeros(x.len(), 0);
-                    maps.flow(flight.mode.held(), span, &mut x, none)?;
+                    maps.flow(flight.mode.lasting(), span, &mut x, none)?;
                 }
                 Ok(x)
             })
@@ -255,8 +256,8 @@ impl OrbitMotion {
     ) -> Result<Admissibility> {
         let impacts = &struck_free(pattern, flights, impacts);
         match self {
-            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
-                Judge::new(modal).with_lasting_contact(held, phase, flights, impacts, observer)
+            Self::Modal { modal, regimes } if has_lasting_contact(flights) => {
+                Judge::new(modal).with_lasting_contact(regimes, phase, flights, impacts, observer)
             }
             Self::Modal { modal, .. } => {
                 Judge::new(modal).admissibility(phase, flights, impacts, observer)
@@ -282,8 +283,8 @@ impl OrbitMotion {
         observer: &mut Observer<'_>,
     ) -> Result<Stability> {
         match self {
-            Self::Modal { modal, held, .. } if has_lasting_contact(flights) => {
-                let motion = ClosedFormMaps::new(modal, phase, held.clone());
+            Self::Modal { modal, regimes } if has_lasting_contact(flights) => {
+                let motion = ClosedFormMaps::new(modal, phase, regimes.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
                 let states = |pairs: &ModalState| modal.form.state_of(pairs);
                 over_flights(
@@ -318,18 +319,20 @@ impl OrbitMotion {
 fn has_lasting_contact(flights: &[Flight]) -> bool {
     flights
         .iter()
-        .any(|flight| flight.mode != ContactMode::FREE)
+        .any(|flight| flight.mode != ContactMode::struck())
 }
 
 /// The stops of each instant that were not held before it.
 fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
     let starts = struck(flights.iter().map(|flight| &flight.mode));
     let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
-        let before = flights[(k + flights.len() - 1) % flights.len()].mode.held();
+        let before = flights[(k + flights.len() - 1) % flights.len()]
+            .mode
+            .lasting();
         let new = instant
             .iter()
             .copied()
-            .filter(|stop| !before.contains(stop));
+            .filter(|&stop| before.leaves_free(stop));
         new.collect()
     });
     each.collect()

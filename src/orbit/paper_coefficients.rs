@@ -2,7 +2,7 @@
 //! `q = sum_j phi_j (e^{-eta_j t}(a_j cos wd_j t + b_j sin wd_j t) + A_j sin w t + B_j cos w t)`.
 
 use crate::flow::ModalScene;
-use crate::impact::Newton;
+use crate::law::Newton;
 use crate::modal::{Block, Form, Pair};
 use nalgebra::{Complex, DVector};
 

@@ -2,7 +2,6 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
-use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::{Change, Forcing, PhysicalState, Scene};
 use crate::observer::Observer;
@@ -160,7 +159,7 @@ impl PeriodicOrbit {
         flights.map(|(segment, flight)| Stretch {
             segment,
             kind: flight.mode.kind,
-            stops: &flight.mode.stops,
+            regime: &flight.mode.regime,
             start: flight.start,
             end: flight.start + flight.span,
         })
@@ -283,7 +282,7 @@ impl PeriodicOrbit {
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
     /// to lasting contact.
     pub fn coefficients(&self) -> Option<Coefficients> {
-        if self.flights[0].mode.kind != SegmentKind::Flight {
+        if !self.flights[0].mode.is_flight() {
             return None;
         }
         coefficients(

@@ -6,10 +6,11 @@ use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::hybrid::ScaledUnits;
 use crate::impact::wrapped;
+use crate::law::{Stage, Transition};
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalForm, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
-use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -89,7 +90,7 @@ impl Pulses {
     pub fn new(
         scene: &Scene,
         modal: &Arc<ModalScene>,
-        (stages, period): (&[ContactStage], f64),
+        (stages, period): (&[Stage], f64),
         others: Option<&Self>,
     ) -> Option<Self> {
         if !modal.signals.is_empty() {
@@ -98,16 +99,15 @@ impl Pulses {
         let contacts = contacts(scene);
         let mut hits = Vec::with_capacity(stages.len());
         // A motion without impacts has none.
-        let is_empty =
-            matches!(stages, [only] if only.event == Event::Nothing && only.held.is_empty());
+        let is_empty = matches!(stages, [only] if only.transition == Transition::Nothing && only.regime.is_free());
         for stage in stages.iter().filter(|_| !is_empty) {
-            let Event::Strike(stops) = &stage.event else {
+            let Transition::Strike(stops) = &stage.transition else {
                 return None;
             };
             let &[stop] = stops.as_slice() else {
                 return None;
             };
-            if !stage.held.is_empty() {
+            if !stage.regime.is_free() {
                 return None;
             }
             let weight = along(&modal.velocity_rows[stop], &modal.jumps[stop]);
@@ -378,7 +378,7 @@ impl Pulses {
             span,
             after,
             before_next,
-            mode: ContactMode::FREE,
+            mode: ContactMode::struck(),
         };
         let before = self.before(train);
         let mut elapsed = 0.0;

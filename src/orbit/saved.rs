@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::hybrid::{IntegratedMaps, SegmentKind};
+use crate::law::Regime;
 use crate::modal::Pair;
 use crate::model::Scene;
 use crate::orbit::contact_mode::ContactMode;
@@ -82,7 +83,10 @@ impl PeriodicOrbit {
                 span: *span,
                 after,
                 before_next,
-                mode: saved.modes.get(k).map_or(ContactMode::FREE, restored_mode),
+                mode: saved
+                    .modes
+                    .get(k)
+                    .map_or_else(ContactMode::struck, restored_mode),
             });
             start += span;
         }
@@ -200,19 +204,15 @@ impl PeriodicOrbit {
 }
 
 fn saved_mode(flight: &Flight) -> SavedMode {
-    let ContactMode {
-        kind,
-        stops,
-        is_struck,
-        released,
-    } = flight.mode.clone();
-    (kind, stops, is_struck, released)
+    let mode = &flight.mode;
+    let stops = mode.stops().to_vec();
+    (mode.kind, stops, mode.is_struck, mode.released)
 }
 
 fn restored_mode((kind, stops, is_struck, released): &SavedMode) -> ContactMode {
     ContactMode {
         kind: *kind,
-        stops: stops.clone(),
+        regime: Regime::holding(stops.as_slice()),
         is_struck: *is_struck,
         released: *released,
     }

@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::hybrid::SegmentKind;
+use crate::law::Regime;
 use crate::model::{Energetics, Moment, PhysicalState, Scene};
 use crate::observer::Observer;
 use crate::path::equations::PathEquations;
@@ -144,8 +145,8 @@ impl<'a> Ledger<'a> {
         works: &mut Works,
         observer: &mut Observer<'_>,
     ) -> Result<()> {
-        let (kind, stops) = self.path.kind_of(arc);
-        each_node(self.fading.of(stops), (from, to), |node| {
+        let (kind, regime) = self.path.kind_of(arc);
+        each_node(self.fading.of(regime), (from, to), |node| {
             observer.work(self.work)?;
             let QuadratureNode {
                 at: s,
@@ -158,7 +159,7 @@ impl<'a> Ledger<'a> {
             let free = || self.equations.free_acceleration(at, &q, &v);
             works.damping += w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
             if kind != SegmentKind::Flight {
-                let [taken, by_stops] = self.contact_power(at, &q, &v, stops)?;
+                let [taken, by_stops] = self.contact_power(at, &q, &v, regime)?;
                 works.forcing += w * by_stops;
                 works.contact += w * (taken + by_stops);
             }
@@ -192,12 +193,12 @@ impl<'a> Ledger<'a> {
         at: Moment,
         q: &DVector<f64>,
         v: &DVector<f64>,
-        stops: &[usize],
+        regime: &Regime,
     ) -> Result<[f64; 2]> {
         let equations = &self.equations;
-        let (actual, forces) = equations.held_acceleration(stops, at, q, v)?;
+        let (actual, forces) = equations.regime_acceleration(regime, at, q, v)?;
         let pushed = equations.free_acceleration(at, q, v)? - actual;
-        let works = stops.iter().zip(&forces);
+        let works = regime.constrained().iter().zip(&forces);
         let works = works.map(|(&stop, force)| -force * equations.stop_speed(stop, at));
         Ok([self.energetics.inertial_work(q, v, &pushed)?, works.sum()])
     }

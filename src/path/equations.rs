@@ -4,8 +4,9 @@
 //! chatter a path has the motion with the stop held, and so its acceleration; the mean force of its impacts is that L.
 
 use crate::error::Result;
-use crate::flow::ConstrainedDynamics;
+use crate::flow::RegimeDynamics;
 use crate::hybrid::SegmentKind;
+use crate::law::Regime;
 use crate::model::{
     Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts, directions,
     reaction_weights,
@@ -97,55 +98,55 @@ impl<'a> PathEquations<'a> {
         Ok(a)
     }
 
-    /// The acceleration while some stops are held, and the force of each.
+    /// The acceleration in a regime, and the force of each stop that it holds.
     ///
     /// # Errors
     /// What the functions of a nonlinear system or stop report.
-    pub fn held_acceleration(
+    pub fn regime_acceleration(
         &self,
-        stops: &[usize],
+        regime: &Regime,
         at: Moment,
         q: &DVector<f64>,
         v: &DVector<f64>,
     ) -> Result<(DVector<f64>, Vec<f64>)> {
-        let held = ConstrainedDynamics {
+        let motion = RegimeDynamics {
             dynamics: &self.dynamics,
             system: self.system,
             contacts: Arc::clone(&self.contacts),
-            stops: stops.to_vec(),
+            regime: regime.clone(),
         };
         let mut a = DVector::zeros(q.len());
-        let forces = held.forces(at, q.as_slice(), v.as_slice(), a.as_mut_slice())?;
+        let forces = motion.forces(at, q.as_slice(), v.as_slice(), a.as_mut_slice())?;
         Ok((a, forces))
     }
 
     /// The acceleration of the motion as the path has it, at one of its points and the state there.
     ///
     /// # Errors
-    /// As [`held_acceleration`](Self::held_acceleration).
+    /// As [`regime_acceleration`](Self::regime_acceleration).
     pub fn acceleration(&self, point: PathPoint, (q, v): &PhysicalState) -> Result<DVector<f64>> {
         let at = self.moment(point.arc, point.local);
-        let (_, stops) = self.path.kind_of(point.arc);
-        Ok(self.held_acceleration(stops, at, q, v)?.0)
+        let (_, regime) = self.path.kind_of(point.arc);
+        Ok(self.regime_acceleration(regime, at, q, v)?.0)
     }
 
     /// The force of a stop in lasting contact; zero elsewhere, impacts that accumulate included.
     ///
     /// # Errors
-    /// As [`held_acceleration`](Self::held_acceleration).
+    /// As [`regime_acceleration`](Self::regime_acceleration).
     pub fn contact_force(
         &self,
         stop: usize,
         point: PathPoint,
         (q, v): &PhysicalState,
     ) -> Result<f64> {
-        let (kind, stops) = self.path.kind_of(point.arc);
-        let place = stops.iter().position(|&held| held == stop);
+        let (kind, regime) = self.path.kind_of(point.arc);
+        let place = regime.constrained().iter().position(|&held| held == stop);
         let Some(place) = place.filter(|_| kind == SegmentKind::Stick) else {
             return Ok(0.0);
         };
         let at = self.moment(point.arc, point.local);
-        let (_, forces) = self.held_acceleration(stops, at, q, v)?;
+        let (_, forces) = self.regime_acceleration(regime, at, q, v)?;
         // Where it is let go the force is zero to rounding.
         Ok(forces[place].max(0.0))
     }
@@ -154,7 +155,7 @@ impl<'a> PathEquations<'a> {
     /// least.
     ///
     /// # Errors
-    /// As [`held_acceleration`](Self::held_acceleration).
+    /// As [`regime_acceleration`](Self::regime_acceleration).
     pub fn impulses(
         &self,
         stops: &[usize],

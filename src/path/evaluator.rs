@@ -2,10 +2,11 @@
 
 use crate::flow::steps::dense_output::{written_state, written_width};
 use crate::flow::{
-    ConstrainedMotion, ModalScene, SceneFlow, propagate, read_series, series_width, with_flow,
+    ModalScene, RegimeMotion, SceneFlow, propagate, read_series, series_width, with_flow,
 };
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
+use crate::law::Regime;
 use crate::modal::ModalState;
 use crate::model::PhysicalState;
 use nalgebra::DVector;
@@ -18,8 +19,8 @@ pub(crate) enum Evaluator {
     Exact {
         modal: Arc<ModalScene>,
         flow: Arc<SceneFlow>,
-        /// The motions while stops were held.
-        held: Vec<Arc<ConstrainedMotion>>,
+        /// The motions in regimes that are not free.
+        regimes: Vec<Arc<RegimeMotion>>,
         /// The forcing phase at time zero, where the modes do not have it.
         phase: f64,
     },
@@ -49,7 +50,7 @@ impl Evaluator {
     #[inline]
     pub fn state(
         &self,
-        (kind, stops): (SegmentKind, &[usize]),
+        (kind, regime): (SegmentKind, &Regime),
         clock: Clock,
         numbers: &[f64],
         local: f64,
@@ -58,15 +59,15 @@ impl Evaluator {
             Self::Exact {
                 modal,
                 flow,
-                held,
+                regimes,
                 phase,
             } => {
                 let mut state: ModalState = numbers.chunks(2).map(|z| [z[0], z[1]]).collect();
                 let at = clock.moment(*phase);
-                let is_holding = |s: &&Arc<ConstrainedMotion>| s.stops == stops;
-                if let Some(constrained) = held.iter().find(is_holding) {
+                let is_its = |own: &&Arc<RegimeMotion>| own.regime == *regime;
+                if let Some(own) = regimes.iter().find(is_its) {
                     let (q, v) = modal.form.to_physical(&state);
-                    return constrained.propagate(at, local, &q, &v);
+                    return own.propagate(at, local, &q, &v);
                 }
                 with_flow!(&**flow, f => propagate(f, at, local, &mut state));
                 modal.form.to_physical(&state)

@@ -1,37 +1,38 @@
 //! The rates that set how densely a kept motion is drawn: parts that have died out do not count.
 
 use crate::flow::ModalScene;
+use crate::law::Regime;
 use crate::modal::{Block, Form, rate_bound};
 use crate::path::evaluator::Evaluator;
 use crate::tolerance::DIED_OUT_EXPONENT;
 
-/// The rates of free motion and of the motions while stops are held.
+/// The rates of free motion and of those in other regimes.
 pub(crate) struct Fading<'a> {
     free: Rates,
-    held: Vec<(&'a [usize], Rates)>,
+    regimes: Vec<(&'a Regime, Rates)>,
 }
 
 impl<'a> Fading<'a> {
     /// The rates of exact flights; those of integrated ones are zero, a step being no longer than what it resolves.
     pub fn new(evaluator: &'a Evaluator) -> Self {
-        let Evaluator::Exact { modal, held, .. } = evaluator else {
+        let Evaluator::Exact { modal, regimes, .. } = evaluator else {
             return Self {
                 free: Rates::default(),
-                held: Vec::new(),
+                regimes: Vec::new(),
             };
         };
-        let held = held.iter();
+        let each = regimes.iter();
         Self {
             free: Rates::new(&modal.form.form, modal),
-            held: held
-                .map(|motion| (motion.stops.as_slice(), Rates::new(motion.form(), modal)))
+            regimes: each
+                .map(|motion| (&motion.regime, Rates::new(motion.form(), modal)))
                 .collect(),
         }
     }
 
-    /// The rates while these stops are held.
-    pub fn of(&self, stops: &[usize]) -> &Rates {
-        let known = self.held.iter().find(|(held, _)| *held == stops);
+    /// The rates in a regime.
+    pub fn of(&self, regime: &Regime) -> &Rates {
+        let known = self.regimes.iter().find(|(own, _)| *own == regime);
         known.map_or(&self.free, |(_, rates)| rates)
     }
 }

@@ -10,7 +10,8 @@
 //!
 //! holds for any S, and takes nodes for what is slow alone.
 
-use crate::flow::{ConstrainedMotion, along};
+use crate::flow::{RegimeMotion, along};
+use crate::law::Regime;
 use crate::modal::{Block, Form, Pair};
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
@@ -19,7 +20,7 @@ use nalgebra::DVector;
 
 /// The function S whose rate is the fast part of the contact forces along an arc.
 pub(super) struct FastPart<'a> {
-    motion: &'a ConstrainedMotion,
+    motion: &'a RegimeMotion,
     /// sigma of each force, for every block; zero of those that are slow.
     sigmas: Vec<Vec<Pair>>,
     /// The rates of what is left.
@@ -28,11 +29,11 @@ pub(super) struct FastPart<'a> {
 
 impl<'a> FastPart<'a> {
     /// The fast part on an arc of some length along which stops are held; `None` where nothing is fast, or the motion does not uncouple.
-    pub fn new(evaluator: &'a Evaluator, stops: &[usize], span: f64) -> Option<Self> {
-        let Evaluator::Exact { modal, held, .. } = evaluator else {
+    pub fn new(evaluator: &'a Evaluator, regime: &Regime, span: f64) -> Option<Self> {
+        let Evaluator::Exact { modal, regimes, .. } = evaluator else {
             return None;
         };
-        let motion = held.iter().find(|motion| motion.stops == stops)?;
+        let motion = regimes.iter().find(|motion| motion.regime == *regime)?;
         let Form::Blocks(blocks) = motion.form() else {
             return None;
         };

@@ -145,7 +145,12 @@ impl<'a> Impulses<'a> {
         let jumps = self.jumps.iter().filter(is_its).map(|j| j.impulse);
         let mut sum: f64 = hits.chain(jumps).sum();
         for (k, segment) in self.path.parts.segments.iter().enumerate() {
-            if let Some(place) = segment.stops.iter().position(|&held| held == stop) {
+            if let Some(place) = segment
+                .regime
+                .constrained()
+                .iter()
+                .position(|&held| held == stop)
+            {
                 sum += self.forces_on(k, window)?[place];
             }
         }
@@ -168,7 +173,7 @@ impl<'a> Impulses<'a> {
 
     /// The integrals of the forces of the stops in contact on a segment, in a window.
     fn forces_on(&self, segment: usize, window: Window) -> Result<Vec<f64>> {
-        let mut sums = vec![0.0; self.path.parts.segments[segment].stops.len()];
+        let mut sums = vec![0.0; self.path.parts.segments[segment].regime.constrained().len()];
         if !sums.is_empty() {
             for arc in self.path.parts.arcs_of(segment) {
                 self.integrate(arc, window, &mut sums)?;
@@ -191,17 +196,17 @@ impl<'a> Impulses<'a> {
         } else {
             kept.span
         };
-        let (_, stops) = self.path.kind_of(arc);
-        let fast = FastPart::new(&self.path.evaluator, stops, to - from);
+        let (_, regime) = self.path.kind_of(arc);
+        let fast = FastPart::new(&self.path.evaluator, regime, to - from);
         let rates = fast
             .as_ref()
-            .map_or_else(|| self.fading.of(stops), |fast| &fast.rates);
+            .map_or_else(|| self.fading.of(regime), |fast| &fast.rates);
         each_node(rates, (from, to), |node| {
             let QuadratureNode { at, weight, .. } = node;
             unless_broken_off()?;
             let (q, v) = self.path.state_in(arc, at);
             let moment = self.equations.moment(arc, at);
-            let (a, mut forces) = self.equations.held_acceleration(stops, moment, &q, &v)?;
+            let (a, mut forces) = self.equations.regime_acceleration(regime, moment, &q, &v)?;
             if let Some(fast) = &fast {
                 subtract(&mut forces, fast.of(&v, &a));
             }
@@ -275,7 +280,7 @@ fn owners(path: &Path, first: usize, next: usize) -> Vec<Owner> {
     let segments = &path.parts.segments;
     let mut owners: Vec<Owner> = Vec::new();
     for segment in (first..=next).chain(first.checked_sub(1)) {
-        for (place, &stop) in segments[segment].stops.iter().enumerate() {
+        for (place, &stop) in segments[segment].regime.constrained().iter().enumerate() {
             if owners.iter().all(|owner| owner.stop != stop) {
                 owners.push(Owner {
                     segment,

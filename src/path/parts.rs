@@ -4,6 +4,7 @@
 use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcSpan, Written};
+use crate::law::Regime;
 
 /// One arc: its clock and span.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +35,7 @@ pub(crate) struct PathPoint {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PathSegment {
     pub kind: SegmentKind,
-    pub stops: Vec<usize>,
+    pub regime: Regime,
     pub first: usize,
     /// Where the numbers of its arcs begin.
     pub offset: usize,
@@ -52,10 +53,10 @@ pub(crate) struct PathParts {
 
 impl PathParts {
     /// Begins a segment.
-    pub fn begin(&mut self, kind: SegmentKind, stops: &[usize]) {
+    pub fn begin(&mut self, kind: SegmentKind, regime: &Regime) {
         self.segments.push(PathSegment {
             kind,
-            stops: stops.to_vec(),
+            regime: regime.clone(),
             first: self.arcs.len(),
             offset: self.numbers.len(),
         });

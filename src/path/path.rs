@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::SegmentKind;
+use crate::law::Regime;
 use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
 use crate::path::parts::{PathArc, PathParts, PathPoint};
@@ -41,7 +42,7 @@ impl Path {
             // A flight of no length is a side of an impact, but where there is nothing else.
             let is_last = k + 1 == parts.segments.len() && all.is_empty();
             let is_side = arcs.iter().all(|p| p.span == 0.0) && !is_last;
-            if segment.stops.is_empty() && is_side {
+            if segment.regime.is_free() && is_side {
                 continue;
             }
             // A part ends where the next one begins, to the last digit.
@@ -49,7 +50,7 @@ impl Path {
             all.push(Stretch {
                 segment: k,
                 kind: segment.kind,
-                stops: &segment.stops,
+                regime: &segment.regime,
                 start: within(first.clock.time()),
                 end: within(end.time()),
             });
@@ -127,7 +128,7 @@ impl Path {
         let segment = self.parts.segment_of(arc);
         let width = self.evaluator.width(segment.kind, self.n_dof);
         let numbers = self.parts.numbers_of(segment, arc, width);
-        let of = (segment.kind, segment.stops.as_slice());
+        let of = (segment.kind, &segment.regime);
         self.evaluator
             .state(of, self.parts.arcs[arc].clock, numbers, local)
     }
@@ -153,8 +154,8 @@ impl Path {
     }
 
     /// The kind of the segment of an arc, and the stops in contact.
-    pub fn kind_of(&self, arc: usize) -> (SegmentKind, &[usize]) {
+    pub fn kind_of(&self, arc: usize) -> (SegmentKind, &Regime) {
         let segment = self.parts.segment_of(arc);
-        (segment.kind, &segment.stops)
+        (segment.kind, &segment.regime)
     }
 }

@@ -1,6 +1,7 @@
 //! The parts of a motion, and the sides of its instants.
 
 use crate::hybrid::SegmentKind;
+use crate::law::Regime;
 
 /// Which velocity is meant at an impact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,12 +35,27 @@ pub(crate) struct Stretch<'a> {
     /// Its number among the segments of the path.
     pub segment: usize,
     pub kind: SegmentKind,
-    pub stops: &'a [usize],
+    pub regime: &'a Regime,
     pub start: f64,
     pub end: f64,
 }
 
 impl<'a> Stretch<'a> {
+    /// Whether it is the rest of impacts that accumulate.
+    pub fn is_chatter(&self) -> bool {
+        self.kind == SegmentKind::Chatter
+    }
+
+    /// Whether it is lasting contact.
+    pub fn is_stick(&self) -> bool {
+        self.kind == SegmentKind::Stick
+    }
+
+    /// The stops in contact.
+    pub fn stops(&self) -> &'a [usize] {
+        self.regime.constrained()
+    }
+
     /// A row for each stop in contact, with what it gives; one without any for a flight.
     pub fn rows(self, impulses: &'a [f64]) -> impl Iterator<Item = Segment> + 'a {
         let Self {
@@ -57,8 +73,8 @@ impl<'a> Stretch<'a> {
             end,
             impulse,
         };
-        let free = self.stops.is_empty().then_some((None, 0.0));
-        let each = self.stops.iter().zip(impulses);
+        let free = self.stops().is_empty().then_some((None, 0.0));
+        let each = self.stops().iter().zip(impulses);
         let each = each.map(|(&stop, &impulse)| (Some(stop), impulse));
         free.into_iter().chain(each).enumerate().map(row)
     }

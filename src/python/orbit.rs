@@ -604,11 +604,9 @@ impl PyOrbit {
             list(&o.v0()),
         );
         let lasting = o.stretches().filter(|s| s.kind == SegmentKind::Stick);
-        for Stretch {
-            stops, start, end, ..
-        } in lasting
-        {
-            for stop in stops {
+        for part in lasting {
+            let Stretch { start, end, .. } = part;
+            for stop in part.stops() {
                 text.push_str(&format!(
                     "\n  in contact with stop {stop} from t = {start:.6} to {end:.6}"
                 ));

@@ -30,7 +30,7 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Impac
         while let Some(impact) = rest.next_if(|impact| impact.time <= part.start) {
             all.push(event(impact));
         }
-        if let Some(&stop) = part.stops.first() {
+        if let Some(&stop) = part.stops().first() {
             let mut last = 0.0;
             while let Some(before) = all.pop_if(|e| e.stop == stop && e.speed_before > last) {
                 last = before.speed_before;
@@ -49,6 +49,7 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Impac
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::Regime;
 
     fn impact(time: f64, stop: usize, approach: f64) -> Impact {
         Impact {
@@ -72,10 +73,11 @@ mod tests {
             (6.0, 1, 0.7),
         ];
         let impacts = speeds.map(|(time, stop, speed)| impact(time, stop, speed));
+        let regime = Regime::holding([0]);
         let chatter = Stretch {
             segment: 0,
             kind: SegmentKind::Chatter,
-            stops: &[0],
+            regime: &regime,
             start: 3.7,
             end: 3.9,
         };

@@ -54,7 +54,7 @@ pub(crate) fn visit_runs<V: RunVisitor>(
             let evaluator = Evaluator::Exact {
                 modal: Arc::clone(&timed.modal),
                 flow: Arc::clone(&timed.flow),
-                held: Vec::new(),
+                regimes: Vec::new(),
                 phase: 0.0,
             };
             let (phase, n_dof) = (scene.phase(), scene.n_dof());

@@ -9,6 +9,7 @@ mod resting;
 mod strike;
 
 use crate::event::next::LATE;
+use crate::law::{Guard, GuardKind};
 
 use crate::error::{Error, Result, digits};
 use crate::hybrid::clock::Clock;
@@ -235,15 +236,29 @@ impl EventLoop {
                     "the gap to stop {stop} stays within rounding of zero: sustained contact"
                 ),
             }),
-            Arrival::Contact { stop } => self.collide(system, stop, t_end, record)?,
-            Arrival::Release { stop } => match self.struck_beside(system) {
-                Some(struck) => self.collide(system, struck, t_end, record)?,
-                None => self.release(system, stop)?,
-            },
+            Arrival::Event { guard } => self.pass(system, guard, t_end, record)?,
         };
         // A chatter that has been completed has taken time.
         let time = || system.clock().time();
         Ok(resolved.err().map(|unresolved| unresolved.at(time())))
+    }
+
+    /// Passes from the regime that ends where a guard fell through zero to the next one.
+    fn pass<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        guard: Guard,
+        t_end: f64,
+        record: &mut Record,
+    ) -> Resolved {
+        let stop = guard.element;
+        match guard.kind {
+            GuardKind::Gap => self.collide(system, stop, t_end, record),
+            GuardKind::Force => match self.struck_beside(system) {
+                Some(struck) => self.collide(system, struck, t_end, record),
+                None => self.release(system, stop),
+            },
+        }
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {

@@ -20,15 +20,15 @@ pub(crate) struct RunPiece {
     pub impacts: Vec<Impact>,
     pub grazes: Vec<Graze>,
     parts: PathParts,
-    held: Vec<Arc<crate::flow::ConstrainedMotion>>,
+    regimes: Vec<Arc<crate::flow::RegimeMotion>>,
     span: (f64, f64),
 }
 
 impl RunPiece {
     /// Its motion, that n coordinates make.
     pub fn path(&mut self, mut evaluator: Evaluator, n_dof: usize) -> Path {
-        if let Evaluator::Exact { held, .. } = &mut evaluator {
-            held.clone_from(&self.held);
+        if let Evaluator::Exact { regimes, .. } = &mut evaluator {
+            regimes.clone_from(&self.regimes);
         }
         Path {
             evaluator,
@@ -88,7 +88,7 @@ impl<M: AnyLoop> Run<'_, M> {
                 impacts,
                 grazes,
                 parts: parts.unwrap_or_default(),
-                held: flow.constrained_motions(),
+                regimes: flow.regime_motions(),
                 span: (from, ended.time),
             })?;
             if is_last {

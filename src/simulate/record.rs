@@ -3,6 +3,7 @@
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
+use crate::law::Regime;
 use crate::observer::is_broken_off;
 use crate::path::{PathParts, PathSegment, Samples};
 use crate::simulate::monitor::MonitorSlot;
@@ -132,12 +133,12 @@ impl Recorder for Record {
         }
     }
 
-    fn begin_segment(&mut self, kind: SegmentKind, stops: &[usize]) {
+    fn begin_segment(&mut self, kind: SegmentKind, regime: &Regime) {
         let goes_on = std::mem::take(&mut self.goes_on);
         if let Some(kept) = &mut self.kept {
-            let is_same = |last: &PathSegment| last.kind == kind && last.stops == stops;
+            let is_same = |last: &PathSegment| last.kind == kind && last.regime == *regime;
             if !(goes_on && kept.segments.last().is_some_and(is_same)) {
-                kept.begin(kind, stops);
+                kept.begin(kind, regime);
             }
         }
     }

@@ -1,10 +1,11 @@
 //! Trajectories to plain numbers, and back without running them.
 
 use crate::error::{Error, Result};
-use crate::flow::{ConstrainedMotion, TimedScene};
+use crate::flow::TimedScene;
 use crate::hybrid::clock::Clock;
-use crate::hybrid::{Graze, SegmentKind};
+use crate::hybrid::{Graze, SegmentKind, regime_motions};
 use crate::impact::{Impact, wrapped};
+use crate::law::Regime;
 use crate::model::Scene;
 use crate::observer::go_on_unless_broken_off;
 use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
@@ -158,7 +159,13 @@ impl Trajectory {
 /// A motion that is kept as plain numbers.
 fn numbers(path: &Path) -> SavedMotion {
     let parts = &path.parts;
-    let named = |s: &PathSegment| (s.kind.name().to_owned(), s.stops.clone(), s.first);
+    let named = |s: &PathSegment| {
+        (
+            s.kind.name().to_owned(),
+            s.regime.constrained().to_vec(),
+            s.first,
+        )
+    };
     let reading = |f: &PathArc| {
         let [time, rest] = f.clock.reading();
         [time, rest, f.span]
@@ -187,20 +194,15 @@ fn path(scene: &Scene, span: (f64, f64), motion: SavedMotion) -> Result<Path> {
         Evaluator::Exact {
             modal: Arc::clone(&timed.modal),
             flow: Arc::clone(&timed.flow),
-            held: Vec::new(),
+            regimes: Vec::new(),
             phase: 0.0,
         }
     };
     let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
     let parts = kept(clock, span, motion, |kind| evaluator.width(kind, n_dof))?;
-    if let Evaluator::Exact { modal, held, .. } = &mut evaluator {
-        for segment in &parts.segments {
-            let stops = &segment.stops;
-            let is_known = |known: &Arc<ConstrainedMotion>| known.stops == *stops;
-            if !stops.is_empty() && !held.iter().any(is_known) {
-                held.push(Arc::new(ConstrainedMotion::new(modal, stops)?));
-            }
-        }
+    if let Evaluator::Exact { modal, regimes, .. } = &mut evaluator {
+        let each = parts.segments.iter().map(|segment| &segment.regime);
+        *regimes = regime_motions(modal, each)?;
     }
     Ok(Path {
         evaluator,
@@ -224,7 +226,7 @@ fn kept(
         let kind = SegmentKind::from_name(name)?;
         let kept = PathSegment {
             kind,
-            stops: stops.clone(),
+            regime: Regime::holding(stops.as_slice()),
             first: *first,
             offset,
         };

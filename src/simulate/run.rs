@@ -1,7 +1,7 @@
 //! A run: a hybrid flow through its events over a span, and what it leaves behind.
 
 use crate::error::{Result, shortened};
-use crate::flow::ConstrainedMotion;
+use crate::flow::RegimeMotion;
 use crate::hybrid::{AnyLoop, HybridFlow, Present};
 use crate::model::PhysicalState;
 use crate::simulate::event_loop::{Ending, EventLoop};
@@ -19,7 +19,7 @@ pub(crate) struct Done {
     pub stats: Stats,
     pub record: Record,
     /// The motions while stops were held.
-    pub held: Vec<Arc<ConstrainedMotion>>,
+    pub regimes: Vec<Arc<RegimeMotion>>,
 }
 
 /// One run after another of the same scene, with their buffers.
@@ -121,7 +121,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
             last: flow.system().physical(),
             stats: events.stats.with(flow.counts()),
             record,
-            held: flow.constrained_motions(),
+            regimes: flow.regime_motions(),
         })
     }
 }

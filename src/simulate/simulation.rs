@@ -157,8 +157,8 @@ impl RunVisitor for OneRun<'_> {
         let mut run = make();
         run.events.n_before = self.n_impacts;
         let done = run.run(q0, v0, self.t_span, self.observer)?;
-        if let Evaluator::Exact { held, .. } = &mut evaluator {
-            held.clone_from(&done.held);
+        if let Evaluator::Exact { regimes, .. } = &mut evaluator {
+            regimes.clone_from(&done.regimes);
         }
         Ok((evaluator, done))
     }

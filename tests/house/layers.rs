@@ -5,9 +5,10 @@ use crate::sources::{code, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 21] = [
+const LAYERS: [&[&str]; 22] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
+    &["law"],
     &["model"],
     &["modal"],
     &["impact"],

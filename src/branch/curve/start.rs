@@ -7,8 +7,9 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{period, turned};
 use crate::branch::special::{Special, SpecialKind};
 use crate::error::{Error, Result};
+use crate::law::Transition;
 use crate::model::Scene;
-use crate::orbit::{Event, PeriodicOrbit};
+use crate::orbit::PeriodicOrbit;
 use crate::tolerance::HIT_AT_CORNER;
 
 /// The special point or the orbit from which a curve is followed.
@@ -130,7 +131,7 @@ fn is_hit(problem: &BranchProblem<'_>, place: &ParametricLoop, (stop, time): (us
 /// The impact that is nearest to a time.
 fn nearest_strike(problem: &BranchProblem<'_>, place: &ParametricLoop, time: f64) -> Option<usize> {
     let stages = problem.signature.stages.iter().enumerate();
-    let strikes = stages.filter(|(_, stage)| matches!(stage.event, Event::Strike(_)));
+    let strikes = stages.filter(|(_, stage)| matches!(stage.transition, Transition::Strike(_)));
     let each = strikes.map(|(instant, _)| (apart(problem, place, (instant, time)), instant));
     each.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
 }
@@ -147,14 +148,14 @@ fn together<'a>(
     let whole = period(&place.state);
     instants = turned(instants, first, whole);
     let one = instants.remove(0);
-    let (Event::Strike(mut stops), Event::Strike(others)) =
-        (one.stage.event, instants[0].stage.event.clone())
+    let (Transition::Strike(mut stops), Transition::Strike(others)) =
+        (one.stage.transition, instants[0].stage.transition.clone())
     else {
         return Ok(None);
     };
     stops.extend(others);
     stops.sort_unstable();
-    instants[0].stage.event = Event::Strike(stops);
+    instants[0].stage.transition = Transition::Strike(stops);
     let length = (whole, problem.signature.n_periods);
     problem
         .with_instants(place.value, instants, length)

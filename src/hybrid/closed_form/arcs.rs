@@ -4,10 +4,11 @@ use super::flight_sampler::FlightSampler;
 use super::system::ClosedForm;
 use crate::error::Result;
 use crate::event::next::{ContactSearch, Grazed};
-use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene};
+use crate::flow::{LinearFlow, ModalScene, RegimeMotion};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::law::Regime;
 use crate::modal::{ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
 use nalgebra::DVector;
@@ -80,8 +81,8 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
 }
 
 /// A motion along stops, from a position and velocity.
-pub(super) struct ConstrainedArc<'s> {
-    pub motion: &'s ConstrainedMotion,
+pub(super) struct RegimeArc<'s> {
+    pub motion: &'s RegimeMotion,
     pub at: Moment,
     /// Position, shape `(n_dof,)`, \[m\], and velocity, shape `(n_dof,)`, \[m/s\], at the start.
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
@@ -89,13 +90,13 @@ pub(super) struct ConstrainedArc<'s> {
     pub modal_state: ModalState,
 }
 
-impl Written for ConstrainedArc<'_> {
+impl Written for RegimeArc<'_> {
     fn write(&self, numbers: &mut Vec<f64>) {
         numbers.extend_from_slice(self.modal_state.as_flattened());
     }
 }
 
-impl ArcMotion for ConstrainedArc<'_> {
+impl ArcMotion for RegimeArc<'_> {
     fn state(&mut self, local: f64) -> PhysicalState {
         self.motion
             .propagate(self.at, local, self.start.0, self.start.1)
@@ -121,7 +122,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             }
         }
         if wanted.arcs {
-            recorder.begin_segment(SegmentKind::Flight, &[]);
+            recorder.begin_segment(SegmentKind::Flight, Regime::free());
             let arc = ArcSpan {
                 start: self.clock,
                 span,
@@ -146,11 +147,11 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         stops: &[usize],
         span: f64,
         recorder: &mut dyn Recorder,
-    ) -> Result<(Arc<ConstrainedMotion>, PhysicalState)> {
-        let motion = self.motion_of(stops)?;
-        let (q, v) = self.settled(stops)?;
+    ) -> Result<(Arc<RegimeMotion>, PhysicalState)> {
+        let regime = Regime::holding(stops);
+        let (motion, (q, v)) = (self.motion_in(&regime)?, self.settled(&regime)?);
         if recorder.wanted().arcs {
-            let mut arc = ConstrainedArc {
+            let mut arc = RegimeArc {
                 motion: &motion,
                 at: self.moment(),
                 start: (&q, &v),
@@ -166,10 +167,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         &self,
         kind: SegmentKind,
         (span, last): (f64, Option<f64>),
-        arc: &mut ConstrainedArc<'_>,
+        arc: &mut RegimeArc<'_>,
         recorder: &mut dyn Recorder,
     ) {
-        recorder.begin_segment(kind, &arc.motion.stops);
+        recorder.begin_segment(kind, &arc.motion.regime);
         let start = self.clock;
         recorder.arc(&ArcSpan { start, span, last }, arc);
     }

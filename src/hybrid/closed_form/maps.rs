@@ -1,9 +1,10 @@
-//! The maps of a linear scene: flights in closed form, free or with stops held.
+//! The maps of a linear scene: flights in closed form, in any regime.
 
 use crate::error::Result;
-use crate::flow::{ConstrainedMotion, ModalScene, SceneFlow, propagate, with_flow};
+use crate::flow::{ModalScene, RegimeMotion, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps};
-use crate::impact::{Newton, impulse_matrix};
+use crate::impact::impulse_matrix;
+use crate::law::{Newton, Regime};
 use crate::modal::ModalState;
 use crate::model::{Moment, PhysicalState, along_reactions};
 use nalgebra::{DMatrix, DVector};
@@ -16,27 +17,27 @@ pub(crate) struct ClosedFormMaps<'a> {
     phase: f64,
     to_physical: DMatrix<f64>,
     to_modal: DMatrix<f64>,
-    held: Vec<Arc<ConstrainedMotion>>,
+    regimes: Vec<Arc<RegimeMotion>>,
     breaks: Breaks,
 }
 
-/// The motions while stops are held, of each set of stops one.
-pub(crate) fn constrained_motions<'s>(
+/// The motions in some regimes, of each that is not free one.
+pub(crate) fn regime_motions<'s>(
     scene: &ModalScene,
-    sets: impl Iterator<Item = &'s [usize]>,
-) -> Result<Vec<Arc<ConstrainedMotion>>> {
-    let mut all: Vec<Arc<ConstrainedMotion>> = Vec::new();
-    for stops in sets.filter(|stops| !stops.is_empty()) {
-        if all.iter().all(|known| known.stops != stops) {
-            all.push(Arc::new(ConstrainedMotion::new(scene, stops)?));
+    regimes: impl Iterator<Item = &'s Regime>,
+) -> Result<Vec<Arc<RegimeMotion>>> {
+    let mut all: Vec<Arc<RegimeMotion>> = Vec::new();
+    for regime in regimes.filter(|regime| !regime.is_free()) {
+        if all.iter().all(|known| known.regime != *regime) {
+            all.push(Arc::new(RegimeMotion::new(scene, regime)?));
         }
     }
     Ok(all)
 }
 
 impl<'a> ClosedFormMaps<'a> {
-    /// A scene from a forcing phase, with its motions while stops are held.
-    pub fn new(scene: &'a ModalScene, phase: f64, held: Vec<Arc<ConstrainedMotion>>) -> Self {
+    /// A scene from a forcing phase, with its motions in the regimes that are not free.
+    pub fn new(scene: &'a ModalScene, phase: f64, regimes: Vec<Arc<RegimeMotion>>) -> Self {
         let (to_physical, to_modal) = scene.form.transformation();
         Self {
             scene,
@@ -44,14 +45,14 @@ impl<'a> ClosedFormMaps<'a> {
             phase,
             to_physical,
             to_modal,
-            held,
+            regimes,
             breaks: Breaks(scene.excitation.breaks()),
         }
     }
 
-    /// Takes other motions while stops are held.
-    pub fn hold(&mut self, held: &[Arc<ConstrainedMotion>]) {
-        self.held = held.to_vec();
+    /// Takes motions in other regimes.
+    pub fn take_regimes(&mut self, regimes: &[Arc<RegimeMotion>]) {
+        self.regimes = regimes.to_vec();
     }
 
     /// A state in modal pairs.
@@ -64,9 +65,9 @@ impl<'a> ClosedFormMaps<'a> {
         Moment::new(t, w * t + self.phase, w)
     }
 
-    fn constrained(&self, held: &[usize]) -> &ConstrainedMotion {
-        let known = self.held.iter().find(|motion| motion.stops == held);
-        known.expect("made for every set of stops that the course holds")
+    fn in_regime(&self, regime: &Regime) -> &RegimeMotion {
+        let known = self.regimes.iter().find(|motion| motion.regime == *regime);
+        known.expect("made for every regime of the itinerary")
     }
 }
 
@@ -83,19 +84,19 @@ pub(crate) fn joined((q, v): &PhysicalState) -> DVector<f64> {
 impl HybridMaps for ClosedFormMaps<'_> {
     fn flow(
         &self,
-        held: &[usize],
+        regime: &Regime,
         (start, end): (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
         let span = end - start;
-        if !held.is_empty() {
-            let constrained = self.constrained(held);
+        if !regime.is_free() {
+            let own = self.in_regime(regime);
             for (from, to) in self.breaks.parts((start, end)) {
                 let (q, v) = halves(state);
-                *state = joined(&constrained.propagate(self.moment(from), to - from, &q, &v));
+                *state = joined(&own.propagate(self.moment(from), to - from, &q, &v));
             }
-            constrained.propagate_deviations(span, deviations);
+            own.propagate_deviations(span, deviations);
             return Ok(());
         }
         let mut modal = self.modal(state);
@@ -112,11 +113,12 @@ impl HybridMaps for ClosedFormMaps<'_> {
         Ok(())
     }
 
-    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
+    fn rate(&self, regime: &Regime, t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
         let modal = self.modal(state);
         let mut rate = ModalState::from(vec![[0.0; 2]; modal.len()]);
         self.scene.rate(&modal, self.moment(t), &mut rate);
         let mut rate = self.scene.form.state_of(&rate);
+        let held = regime.constrained();
         if !held.is_empty() {
             let n = rate.len() / 2;
             let (normals, reactions) = self.scene.geometry.directions(held);

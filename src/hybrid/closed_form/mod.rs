@@ -2,11 +2,11 @@
 
 mod arcs;
 mod flight_sampler;
-mod held;
 mod impacts;
 mod maps;
+mod regime_flight;
 mod system;
 
 pub(crate) use impacts::ModalImpacts;
-pub(crate) use maps::{ClosedFormMaps, constrained_motions, joined};
+pub(crate) use maps::{ClosedFormMaps, joined, regime_motions};
 pub(crate) use system::ClosedForm;

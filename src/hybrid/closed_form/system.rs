@@ -8,14 +8,15 @@ use crate::event::next::{ContactSearch, Grazed};
 use crate::event::walk::STEPS_PER_REACH_CHECK;
 use crate::flow::characteristic_length::{Tolerances, part_of};
 use crate::flow::steps::Tolerance;
-use crate::flow::{ConstrainedMotion, LinearFlow, ModalScene, TimedScene, along};
+use crate::flow::{LinearFlow, ModalScene, RegimeMotion, TimedScene, along};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
-use crate::impact::{Newton, put_onto_stops, wrapped};
+use crate::impact::{put_onto_stops, wrapped};
+use crate::law::{Guard, Newton, Regime};
 use crate::modal::ModalState;
 use crate::modal::Pair;
 use crate::model::{Moment, PhysicalState};
@@ -60,10 +61,10 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     tolerances: Tolerances,
     /// What the tolerances allow as an absolute error of each gap.
     allowed: Vec<f64>,
-    /// The motions while stops are held, made when first needed.
-    pub(super) held: Vec<Arc<ConstrainedMotion>>,
+    /// The motions in regimes that are not free, made when first needed.
+    pub(super) regimes: Vec<Arc<RegimeMotion>>,
     /// The one that holds now.
-    pub(super) holding: Option<Arc<ConstrainedMotion>>,
+    pub(super) regime_motion: Option<Arc<RegimeMotion>>,
 }
 
 impl<'a, F: LinearFlow> ClosedForm<'a, F> {
@@ -84,8 +85,8 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             search: ContactSearch::new(flow, gaps.collect()),
             tolerances,
             allowed: vec![0.0; scene.n_stops()],
-            held: Vec::new(),
-            holding: None,
+            regimes: Vec::new(),
+            regime_motion: None,
             velocity_rows: scene
                 .velocity_rows
                 .iter()
@@ -310,10 +311,9 @@ impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
     }
 
     fn is_bound(&self, stop: usize) -> bool {
-        let bound = |motion: &Arc<ConstrainedMotion>| {
-            motion.gaps[stop].is_none() && !motion.stops.contains(&stop)
-        };
-        self.holding.as_ref().is_some_and(bound)
+        let bound =
+            |motion: &Arc<RegimeMotion>| motion.fixes_gap(stop) && motion.regime.leaves_free(stop);
+        self.regime_motion.as_ref().is_some_and(bound)
     }
 }
 
@@ -352,7 +352,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     fn gap_derivatives(
         &mut self,
         stops: &[usize],
-        held: &[usize],
+        regime: &Regime,
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         // Beyond the order of its equations a linear motion has no derivative of its own.
@@ -363,7 +363,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
         } else {
             orders.end.min(last + 2)
         };
-        self.derivatives_beside(stops, held, orders.start..end)
+        self.derivatives_beside(stops, regime, orders.start..end)
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
@@ -431,17 +431,17 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
         Ok(())
     }
 
-    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()> {
-        if stops.is_empty() {
-            self.holding = None;
+    fn enter(&mut self, regime: &Regime) -> Result<()> {
+        if regime.is_free() {
+            self.regime_motion = None;
             return Ok(());
         }
-        let motion = self.motion_of(stops)?;
-        let (q, v) = self.settled(stops)?;
+        let motion = self.motion_in(regime)?;
+        let (q, v) = self.settled(regime)?;
         let at = self.moment();
         let (q, v) = motion.lift(&motion.reduce(&q, &v, at), at);
         self.put((&q, &v), 0.0);
-        self.holding = Some(motion);
+        self.regime_motion = Some(motion);
         self.evaluate_gaps()
     }
 
@@ -501,7 +501,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64) {
         self.changed();
         self.search.restart();
-        self.holding = None;
+        self.regime_motion = None;
         self.placed.clear();
         self.clock = self.clock.at(t);
         self.set(q, v);
@@ -518,9 +518,9 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         recorder: &mut dyn Recorder,
         observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
-        if let Some(motion) = &self.holding {
+        if let Some(motion) = &self.regime_motion {
             let motion = Arc::clone(motion);
-            return self.advance_constrained(&motion, orders, (span, last), recorder, observer);
+            return self.advance_in_regime(&motion, orders, (span, last), recorder, observer);
         }
         self.grazed.clear();
         let FirstEvent { stop, root } =
@@ -547,7 +547,9 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
                     std::mem::swap(&mut self.state, &mut self.arrived);
                     let at = self.moment();
                     self.flow.set_moment(&mut self.state, at);
-                    return Ok(Arrival::Contact { stop });
+                    return Ok(Arrival::Event {
+                        guard: Guard::gap(stop),
+                    });
                 }
             }
         }
@@ -575,8 +577,8 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         String::new()
     }
 
-    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
-        self.held.clone()
+    fn regime_motions(&self) -> Vec<Arc<RegimeMotion>> {
+        self.regimes.clone()
     }
 }
 

@@ -6,6 +6,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::Gaps;
+use crate::law::Regime;
 use crate::model::Dynamics;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
@@ -17,10 +18,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        recorder.begin_segment(SegmentKind::Chatter, stops);
-        self.settle(stops)?;
-        self.advance_without_events(&self.motion_with(stops.to_vec()), span, recorder)?;
-        self.settle(stops)?;
+        let regime = Regime::holding(stops);
+        recorder.begin_segment(SegmentKind::Chatter, &regime);
+        self.settle_in(&regime)?;
+        self.advance_without_events(&self.motion_in(&regime), span, recorder)?;
+        self.settle_in(&regime)?;
         self.evaluate_gaps()
     }
 }

@@ -3,13 +3,14 @@
 use super::free::FreeFlight;
 use super::scene::Integrated;
 use crate::error::Result;
-use crate::flow::ConstrainedMotion;
+use crate::flow::RegimeMotion;
 use crate::flow::characteristic_length::Tolerances;
 use crate::flow::steps::State;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::HybridSystem;
+use crate::law::Regime;
 use crate::model::{Dynamics, Scene};
 use crate::observer::Observer;
 use nalgebra::DVector;
@@ -54,11 +55,11 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
         if system.is_free() {
             return free.advance(system, orders, (span, last), recorder, observer);
         }
-        system.advance_constrained(orders, (span, last), recorder, observer)
+        system.advance_in_regime(orders, (span, last), recorder, observer)
     }
 
     fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {
-        recorder.begin_segment(SegmentKind::Flight, &[]);
+        recorder.begin_segment(SegmentKind::Flight, Regime::free());
         self.free.record_instant(&mut self.system, last, recorder)
     }
 
@@ -70,7 +71,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
         self.system.remarks()
     }
 
-    fn constrained_motions(&self) -> Vec<Arc<ConstrainedMotion>> {
+    fn regime_motions(&self) -> Vec<Arc<RegimeMotion>> {
         Vec::new()
     }
 }

@@ -1,19 +1,20 @@
-//! The second and third derivative of a gap of any scene while stops are held, the third by differences.
+//! The second and third derivative of a gap of any scene in a regime, the third by differences.
 
 use super::scene::Integrated;
 
 use crate::error::Result;
-use crate::flow::ConstrainedDynamics;
+use crate::flow::RegimeDynamics;
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::{Accelerations, Contacts};
+use crate::law::Regime;
 use crate::model::Dynamics;
 use crate::tolerance::{GAP_ROUNDING, JERK_ROUNDING, JERK_STEP, JERK_STEPS};
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
-    /// The acceleration of a gap while some stops are held, and what rounding leaves unknown of it.
-    pub(super) fn drawn(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let motion = self.motion_with(held.to_vec());
+    /// The acceleration of a gap in a regime, and what rounding leaves unknown of it.
+    pub(super) fn drawn(&self, stop: usize, regime: &Regime) -> Result<[f64; 2]> {
+        let motion = self.motion_in(regime);
         let (_, acceleration) = self.bend(&motion, stop, self.x.slice(), self.clock)?;
         let unknown = GAP_ROUNDING * self.acceleration_sizes(&[stop])?[0];
         Ok([acceleration, unknown])
@@ -22,7 +23,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// The acceleration of a motion at a state, and that of a gap.
     fn bend(
         &self,
-        motion: &ConstrainedDynamics<'_, D>,
+        motion: &RegimeDynamics<'_, D>,
         stop: usize,
         x: &[f64],
         clock: Clock,
@@ -35,9 +36,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok((a, gap.acceleration))
     }
 
-    /// The third derivative of a gap while some stops are held, and what rounding leaves unknown of it.
-    pub(super) fn jerk(&self, stop: usize, held: &[usize]) -> Result<[f64; 2]> {
-        let motion = self.motion_with(held.to_vec());
+    /// The third derivative of a gap in a regime, and what rounding leaves unknown of it.
+    pub(super) fn jerk(&self, stop: usize, regime: &Regime) -> Result<[f64; 2]> {
+        let motion = self.motion_in(regime);
         let slow = self.slow_time();
         let n = self.n();
         let bend = |x: &[f64], clock: Clock| self.bend(&motion, stop, x, clock);

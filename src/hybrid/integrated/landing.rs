@@ -8,6 +8,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::Gaps;
+use crate::law::Guard;
 use crate::model::{Dynamics, GapValue};
 use crate::tolerance::{LOWEST_NEAR_GUESS, TAYLOR_STEP_PART};
 
@@ -43,9 +44,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         };
         self.record(dynamics, s, None, recorder)?;
         self.arrive(s);
-        self.settle(&self.held.clone())?;
+        self.settle()?;
         self.evaluate_gaps()?;
-        Ok(Arrival::Release { stop })
+        Ok(Arrival::Event {
+            guard: Guard::force(stop),
+        })
     }
 
     /// Steps to the contact of a stop, near a part x of the step last taken and before another, `passed`; `orders` are those of the
@@ -86,11 +89,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         self.record(dynamics, s, None, recorder)?;
         self.arrive(s);
-        if !self.held.is_empty() {
-            self.settle(&self.held.clone())?;
+        if !self.regime.is_free() {
+            self.settle()?;
         }
         self.evaluate_gaps_on_arrival()?;
-        Ok(Some(Arrival::Contact { stop }))
+        Ok(Some(Arrival::Event {
+            guard: Guard::gap(stop),
+        }))
     }
 
     /// Steps to the contact itself: the step is taken again, its length corrected until the gap vanishes, whose root of some order
@@ -180,7 +185,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (0..self.contacts.len()).find(|&other| {
             let value = self.ahead[other];
             let order = orders.map_or(0, |orders| orders[other]);
-            let is_bound = !self.held.is_empty() && self.is_bound[other];
+            let is_bound = !self.regime.is_free() && self.is_bound[other];
             let fallen = value.gap - self.departed(other, order) + self.margin_of(value);
             other != stop && !is_bound && fallen < 0.0 && self.gaps[other].gap > value.gap
         })

@@ -1,9 +1,9 @@
-//! The maps of any scene: flights that are integrated, free or with stops held.
+//! The maps of any scene: flights that are integrated, in any regime.
 
 use super::flight_pieces::{FlightPieces, OrbitMethod};
 use super::series_flow::SeriesFlow;
 use crate::error::{Error, Result};
-use crate::flow::ConstrainedDynamics;
+use crate::flow::RegimeDynamics;
 use crate::flow::differences::{Differences, WarningLog};
 use crate::flow::integrate::{KeptStep, integrate};
 use crate::flow::own_time::OwnTime;
@@ -11,7 +11,7 @@ use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::hybrid::scaled_units::ScaledUnits;
-use crate::impact::Newton;
+use crate::law::{Newton, Regime};
 use crate::linalg::elementary::power_of_two;
 use crate::model::{
     Contact, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -90,25 +90,25 @@ impl IntegratedMaps {
         Moment::new(t, self.frequency * t + self.phase, self.frequency)
     }
 
-    /// The motion while some stops are held.
-    fn constrained(&self, stops: &[usize]) -> ConstrainedDynamics<'_, SceneMotion> {
-        ConstrainedDynamics {
+    /// The motion in a regime.
+    fn in_regime(&self, regime: &Regime) -> RegimeDynamics<'_, SceneMotion> {
+        RegimeDynamics {
             dynamics: &self.motion,
             system: &self.system,
             contacts: Arc::clone(&self.contacts),
-            stops: stops.to_vec(),
+            regime: regime.clone(),
         }
     }
 
     /// A flight from a state, from the time of its start.
     pub fn pieces(
         &self,
-        held: &[usize],
+        regime: &Regime,
         (start, span): (f64, f64),
         state: &DVector<f64>,
     ) -> Result<FlightPieces> {
         let at = self.moment(start);
-        if let Some(series) = self.series_of(held) {
+        if let Some(series) = self.series_of(regime) {
             return Ok(FlightPieces::Series(series.pieces(
                 self.tolerance,
                 (at, span),
@@ -117,7 +117,7 @@ impl IntegratedMaps {
         }
         let mut x: Vec<f64> = state.iter().copied().collect();
         let mut steps = Vec::new();
-        let (motion, tolerance) = (self.constrained(held), self.tolerance);
+        let (motion, tolerance) = (self.in_regime(regime), self.tolerance);
         integrate::<OrbitMethod, _>(&motion, (at, span), tolerance, &mut x, |step| {
             let dense = step.stepper.dense(&motion, step.start, step.h)?;
             steps.push(KeptStep {
@@ -138,9 +138,9 @@ impl IntegratedMaps {
         }
     }
 
-    /// The series of the motion while some stops are held, if it has them.
-    fn series_of(&self, held: &[usize]) -> Option<&SeriesFlow> {
-        self.series.as_ref().filter(|_| held.is_empty())
+    /// The series of the motion in a regime, if it has them.
+    fn series_of(&self, regime: &Regime) -> Option<&SeriesFlow> {
+        self.series.as_ref().filter(|_| regime.is_free())
     }
 
     /// The order of the velocities of the series of flights, if they have them.
@@ -152,12 +152,12 @@ impl IntegratedMaps {
     pub fn flow_to(
         &self,
         tolerance: Tolerance,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        self.flow_by::<Dop853<Vec<f64>>>(tolerance, (held, span), state, deviations)?;
+        self.flow_by::<Dop853<Vec<f64>>>(tolerance, (regime, span), state, deviations)?;
         Ok(())
     }
 
@@ -166,7 +166,7 @@ impl IntegratedMaps {
     fn flow_by<P: Stepper<Vec<f64>, Choice: Default>>(
         &self,
         tolerance: Tolerance,
-        (held, (start, end)): (&[usize], (f64, f64)),
+        (regime, (start, end)): (&Regime, (f64, f64)),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Option<DMatrix<f64>>> {
@@ -175,32 +175,37 @@ impl IntegratedMaps {
         if moving.count() > len {
             // Of so many those of every coordinate and velocity say all.
             let mut jacobian = DMatrix::identity(len, len);
-            self.flow_by::<P>(tolerance, (held, (start, end)), state, &mut jacobian)?;
+            self.flow_by::<P>(tolerance, (regime, (start, end)), state, &mut jacobian)?;
             *deviations = &jacobian * &*deviations;
             return Ok(Some(jacobian));
         }
         let mut parts = self.breaks.parts((start, end)).peekable();
         while let Some(part) = parts.next_if(|part| part.1 < end) {
-            self.flow_by::<P>(tolerance, (held, part), state, deviations)?;
+            self.flow_by::<P>(tolerance, (regime, part), state, deviations)?;
         }
         let start = parts.next().map_or(start, |last| last.0);
         let (at, span) = (self.moment(start), end - start);
-        if let Some(series) = self.series_of(held) {
+        if let Some(series) = self.series_of(regime) {
             series.flow(tolerance, (at, span), state, deviations)?;
             return Ok(None);
         }
-        if !held.is_empty() {
-            differentiated(state, deviations, |x| project_onto(self, held, start, x))?;
+        if !regime.is_free() {
+            differentiated(state, deviations, |x| project_onto(self, regime, start, x))?;
         }
-        let motion = self.constrained(held);
-        self.vary::<P, _>((&motion, held), tolerance, (at, span), (state, deviations))?;
+        let motion = self.in_regime(regime);
+        self.vary::<P, _>(
+            (&motion, regime),
+            tolerance,
+            (at, span),
+            (state, deviations),
+        )?;
         Ok(None)
     }
 
-    /// The same along steps, of what moves it while some stops are held: in its own units, in which one tolerance does for all.
+    /// The same along steps, of what moves it in a regime: in its own units, in which one tolerance does for all.
     fn vary<P: Stepper<Vec<f64>, Choice: Default>, D: Dynamics>(
         &self,
-        (motion, held): (&D, &[usize]),
+        (motion, regime): (&D, &Regime),
         tolerance: Tolerance,
         (start, span): (Moment, f64),
         (state, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
@@ -231,7 +236,7 @@ impl IntegratedMaps {
             unit,
         };
         // The accelerations of other systems are smooth, contact forces are had by differences themselves.
-        let is_own = held.is_empty() && matches!(self.system, System::Nonlinear(_));
+        let is_own = regime.is_free() && matches!(self.system, System::Nonlinear(_));
         let differences = Differences::new(deviations.ncols(), [position, velocity * unit]);
         let noted = WarningLog::default();
         let (warnings, differences) = if is_own {
@@ -259,18 +264,18 @@ impl IntegratedMaps {
         Ok(())
     }
 
-    pub fn rate_of(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+    pub fn rate_of(&self, regime: &Regime, at: Moment, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
-        self.constrained(held).acceleration(at, q, v, &mut a)?;
+        self.in_regime(regime).acceleration(at, q, v, &mut a)?;
         Ok(a)
     }
 
-    /// The contact forces of the stops held.
-    pub fn forces(&self, held: &[usize], at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+    /// The contact forces of what the regime holds.
+    pub fn forces(&self, regime: &Regime, at: Moment, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
-        self.constrained(held).forces(at, q, v, &mut a)
+        self.in_regime(regime).forces(at, q, v, &mut a)
     }
 
     /// The reaction of a stop at a position.
@@ -326,31 +331,31 @@ impl IntegratedMaps {
 impl HybridMaps for IntegratedMaps {
     fn flow(
         &self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<()> {
-        self.flow_by_jacobian(held, span, state, deviations)?;
+        self.flow_by_jacobian(regime, span, state, deviations)?;
         Ok(())
     }
 
     fn flow_by_jacobian(
         &self,
-        held: &[usize],
+        regime: &Regime,
         span: (f64, f64),
         state: &mut DVector<f64>,
         deviations: &mut DMatrix<f64>,
     ) -> Result<Option<DMatrix<f64>>> {
-        if deviations.ncols() == 0 || self.series_of(held).is_some() {
-            return self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, deviations);
+        if deviations.ncols() == 0 || self.series_of(regime).is_some() {
+            return self.flow_by::<OrbitMethod>(self.tolerance, (regime, span), state, deviations);
         }
         // The motion is the one that it is without them: a loop closes by the same map that it is corrected by.
         let beside = &mut state.clone();
         let jacobian =
-            self.flow_by::<OrbitMethod>(self.tolerance, (held, span), beside, deviations)?;
+            self.flow_by::<OrbitMethod>(self.tolerance, (regime, span), beside, deviations)?;
         let none = &mut DMatrix::zeros(state.len(), 0);
-        self.flow_by::<OrbitMethod>(self.tolerance, (held, span), state, none)?;
+        self.flow_by::<OrbitMethod>(self.tolerance, (regime, span), state, none)?;
         Ok(jacobian)
     }
 
@@ -358,8 +363,8 @@ impl HybridMaps for IntegratedMaps {
         ORBIT_CLOSED_BY_STEPS
     }
 
-    fn rate(&self, held: &[usize], t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
-        let a = self.rate_of(held, self.moment(t), state.as_slice())?;
+    fn rate(&self, regime: &Regime, t: f64, state: &DVector<f64>) -> Result<DVector<f64>> {
+        let a = self.rate_of(regime, self.moment(t), state.as_slice())?;
         let v = state.rows(a.len(), a.len());
         Ok(DVector::from_iterator(
             state.len(),

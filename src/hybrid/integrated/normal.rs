@@ -5,13 +5,20 @@ use crate::error::{Error, Result};
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::system::{NormalMotion, Present};
 use crate::impact::{StopsAt, project, put_onto_stops};
+use crate::law::Regime;
 use crate::model::Dynamics;
 use nalgebra::DVector;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Moves the present state onto some stops, along their reactions, and takes their normal speeds away.
-    pub(super) fn settle(&mut self, stops: &[usize]) -> Result<()> {
+    pub(super) fn settle(&mut self) -> Result<()> {
+        self.settle_in(&self.regime.clone())
+    }
+
+    /// The same for another regime.
+    pub(super) fn settle_in(&mut self, regime: &Regime) -> Result<()> {
         let (mut q, mut v) = self.physical();
+        let stops = regime.constrained();
         project(&mut q, &mut v, |q| self.stops_at(stops, q))?;
         self.put(&q, &v);
         Ok(())

@@ -4,9 +4,10 @@
 use super::scene::{Integrated, MOST_RETAKEN_STEPS};
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::polynomial::Quartic;
+use crate::law::Regime;
 
 use crate::error::Result;
-use crate::flow::ConstrainedDynamics;
+use crate::flow::RegimeDynamics;
 use crate::flow::steps::{DenseOutput, State, Stepper};
 use crate::hybrid::system::{Accelerations, Contacts};
 use crate::linalg::rank::pseudo_inverse;
@@ -18,26 +19,21 @@ use std::sync::Arc;
 const SECANT_START: f64 = 0.99;
 
 impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
-    /// The motion while the stops are held that are now.
-    pub(super) fn held_motion(&self) -> ConstrainedDynamics<'a, D> {
-        self.motion_with(self.held.clone())
-    }
-
-    /// The motion while some stops are held.
-    pub(super) fn motion_with(&self, stops: Vec<usize>) -> ConstrainedDynamics<'a, D> {
-        ConstrainedDynamics {
+    /// The motion in a regime.
+    pub(super) fn motion_in(&self, regime: &Regime) -> RegimeDynamics<'a, D> {
+        RegimeDynamics {
             dynamics: self.dynamics,
             system: self.scene.system(),
             contacts: Arc::clone(&self.contacts),
-            stops,
+            regime: regime.clone(),
         }
     }
 
     /// The contact forces at a state of the step last taken.
-    fn forces_at(&self, held: &ConstrainedDynamics<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
+    fn forces_at(&self, motion: &RegimeDynamics<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
         let (q, v) = x.split_at(self.n());
         let mut a = vec![0.0; q.len()];
-        held.forces(self.moment().after(s), q, v, &mut a)
+        motion.forces(self.moment().after(s), q, v, &mut a)
     }
 
     /// The first stop held whose contact force falls through zero along the step last taken, undecided where the step is too long
@@ -45,19 +41,19 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
     /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
     pub(super) fn release_along(&mut self, h: f64) -> Result<FirstEvent> {
-        let held = self.held_motion();
-        let dense = self.dense(&held, h)?;
+        let motion = self.motion_in(&self.regime);
+        let dense = self.dense(&motion, h)?;
         let mut x = S::zeros(2 * self.n());
         let mut forces = |part: f64| {
             dense.state(part * h, x.slice_mut());
-            self.forces_at(&held, part * h, x.slice())
+            self.forces_at(&motion, part * h, x.slice())
         };
         let nodes: Vec<_> = (0..5)
             .map(|k| forces(0.25 * f64::from(k)))
             .collect::<Result<_>>()?;
         let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
         let mut first = FirstEvent::NONE;
-        for (k, &stop) in self.held.iter().enumerate() {
+        for (k, &stop) in self.regime.constrained().iter().enumerate() {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
             let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
@@ -68,7 +64,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             if depth > slack {
                 slack = slack.max(self.force_rounding(k)?);
                 // A force that has been no more than the tolerance of the state may not have begun.
-                let unknown = 10.0 * self.force_tolerance(&held, k)?;
+                let unknown = 10.0 * self.force_tolerance(&motion, k)?;
                 if self.peak_forces[k] <= unknown {
                     slack = slack.max(unknown);
                 }
@@ -76,7 +72,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             if miss > FORCE_TOL * spread || (depth > slack && depth <= 10.0 * miss) {
                 // The rounding of a force has no shape, nor has what the tolerance of the state leaves of one.
                 let rounding = self.force_rounding(k)?;
-                let unknown = rounding.max(self.force_tolerance(&held, k)?);
+                let unknown = rounding.max(self.force_tolerance(&motion, k)?);
                 if spread <= unknown {
                     continue;
                 }
@@ -95,8 +91,8 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
 
     /// What rounding leaves unknown of a contact force: that of the accelerations that it and others take away together.
     fn force_rounding(&self, k: usize) -> Result<f64> {
-        let sizes = self.acceleration_sizes(&self.held)?;
-        let delassus = self.delassus(&self.held)?;
+        let sizes = self.acceleration_sizes(self.regime.constrained())?;
+        let delassus = self.delassus(self.regime.constrained())?;
         let forces = pseudo_inverse(&delassus, DEPENDENT * delassus.amax())?;
         let taken = sizes.iter().enumerate();
         Ok(GAP_ROUNDING
@@ -106,14 +102,14 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
     }
 
     /// What the absolute tolerance of the state leaves unknown of a contact force: of one that begins from zero that is all.
-    fn force_tolerance(&self, held: &ConstrainedDynamics<'a, D>, k: usize) -> Result<f64> {
-        let here = self.forces_at(held, 0.0, self.x.slice())?[k];
+    fn force_tolerance(&self, motion: &RegimeDynamics<'a, D>, k: usize) -> Result<f64> {
+        let here = self.forces_at(motion, 0.0, self.x.slice())?[k];
         let mut x = self.x.clone();
         let mut unknown = 0.0;
         for i in 0..x.slice().len() {
             let own = x.slice()[i];
             x.slice_mut()[i] = own + self.tolerance.absolute;
-            let change = self.forces_at(held, 0.0, x.slice())?[k] - here;
+            let change = self.forces_at(motion, 0.0, x.slice())?[k] - here;
             x.slice_mut()[i] = own;
             unknown += change.abs();
         }
@@ -128,13 +124,18 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         guess: f64,
         h: f64,
     ) -> Result<Option<f64>> {
-        let held = self.held_motion();
-        let k = self.held.iter().position(|&s| s == stop).unwrap_or(0);
+        let motion = self.motion_in(&self.regime);
+        let k = self
+            .regime
+            .constrained()
+            .iter()
+            .position(|&s| s == stop)
+            .unwrap_or(0);
         let rounding = self.force_rounding(k)?;
         let mut is_taken = true;
         let mut force = |s: f64| -> Result<f64> {
             is_taken &= self.step(dynamics, s)?;
-            Ok(self.forces_at(&held, s, self.stepper.end().slice())?[k])
+            Ok(self.forces_at(&motion, s, self.stepper.end().slice())?[k])
         };
         let s = if guess == 0.0 {
             force(0.0)?;

@@ -10,6 +10,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::Graze;
+use crate::law::Regime;
 use crate::model::{
     Constraint, Contact, Dynamics, Excitation, GapMotion, GapValue, Moment, PhysicalState, Scene,
     contacts, slow_time,
@@ -31,9 +32,8 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) dynamics: &'a D,
     pub(super) scene: &'a Scene,
     pub(super) contacts: Arc<Vec<Contact>>,
-    /// The stops held, none in free motion.
-    pub(super) held: Vec<usize>,
-    /// Whether each stop stays as far away as it is while these are held: they themselves, and those whose gaps depend on theirs.
+    pub(super) regime: Regime,
+    /// Whether each stop stays as far away as it is in this regime: those held themselves, and those whose gaps depend on theirs.
     pub(super) is_bound: Vec<bool>,
     /// The largest contact force of each stop held since it is held, shape `(n_held,)`, \[N\].
     pub(super) peak_forces: Vec<f64>,
@@ -111,7 +111,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             gaps: none.clone(),
             ahead: none,
             contacts,
-            held: Vec::new(),
+            regime: Regime::default(),
             is_bound: Vec::new(),
             peak_forces: Vec::new(),
             phase: scene.turned_phase(),
@@ -293,7 +293,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         self.stepper = P::new(self.n(), self.tolerance, self.choice);
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
-        self.held.clear();
+        self.regime = Regime::default();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, asked, 0);
         self.search_costs.fill(SearchCost::default());
     }
@@ -323,13 +323,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         coordinates.or_else(gaps).unwrap_or(0.0)
     }
 
-    /// Whether no stop is held.
+    /// Whether all elements are free.
     pub(crate) fn is_free(&self) -> bool {
-        self.held.is_empty()
+        self.regime.is_free()
     }
 
-    /// A segment in which stops are held.
-    pub(super) fn advance_constrained(
+    /// A flight in a regime that is not free.
+    pub(super) fn advance_in_regime(
         &mut self,
         orders: &[usize],
         ends: (f64, f64),
@@ -337,12 +337,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         observer: &mut Observer<'_>,
     ) -> Result<Arrival> {
         self.is_begun = false;
-        let held = self.held_motion();
-        let arrival = self.advance_along::<_, true>(&held, orders, ends, recorder, observer)?;
+        let motion = self.motion_in(&self.regime);
+        let arrival = self.advance_along::<_, true>(&motion, orders, ends, recorder, observer)?;
         let moves = |&stop: &usize| self.contacts[stop].motion.is_some();
-        if matches!(arrival, Arrival::End) && self.held.iter().any(moves) {
+        if matches!(arrival, Arrival::End) && self.regime.constrained().iter().any(moves) {
             // Steps are off what a stop does that moves by their error: who goes on from here finds the contact as it is.
-            self.settle(&self.held.clone())?;
+            self.settle()?;
         }
         Ok(arrival)
     }

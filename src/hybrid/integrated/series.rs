@@ -15,6 +15,7 @@ use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
 use crate::hybrid::segment::{Graze, SegmentKind};
 use crate::hybrid::system::Gaps;
+use crate::law::{Guard, Regime};
 use crate::model::{Dynamics, Links, PhysicalState, Scene, contacts};
 use crate::observer::Observer;
 use crate::tolerance::SINE_TURN;
@@ -228,7 +229,7 @@ impl SeriesSearch {
     ) -> Option<SeriesStep> {
         if orders.is_some() {
             system.forget_extents();
-            recorder.begin_segment(SegmentKind::Flight, &[]);
+            recorder.begin_segment(SegmentKind::Flight, Regime::free());
         }
         let (h, is_last) = match self.reach(system, motion, end) {
             Reach::To { h, is_last } => self.known(system, motion, (h, is_last)),
@@ -248,7 +249,12 @@ impl SeriesSearch {
         let (span, arrival) = match root {
             FirstRoot::None => (h, is_last.then_some(Arrival::End)),
             FirstRoot::Undecided { at } => (at, Some(Arrival::Stalled { stop })),
-            FirstRoot::Crossing { at, .. } => (at.clamp(0.0, h), Some(Arrival::Contact { stop })),
+            FirstRoot::Crossing { at, .. } => (
+                at.clamp(0.0, h),
+                Some(Arrival::Event {
+                    guard: Guard::gap(stop),
+                }),
+            ),
         };
         Some(SeriesStep { span, arrival })
     }
@@ -384,7 +390,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.is_begun = false;
         if matches!(
             step.arrival,
-            Some(Arrival::Contact { .. } | Arrival::Stalled { .. })
+            Some(Arrival::Event { .. } | Arrival::Stalled { .. })
         ) {
             self.evaluate_gaps()?;
         }

@@ -196,6 +196,7 @@ impl SeriesFlow {
 mod tests {
     use super::*;
     use crate::hybrid::{HybridMaps, IntegratedMaps};
+    use crate::law::Regime;
     use crate::model::{BaseMotion, Forcing, Fourier, Harmonic, PendulumChain, Stop, System};
     use nalgebra::Complex;
 
@@ -247,7 +248,7 @@ mod tests {
                 });
                 let carried = |maps: &IntegratedMaps| {
                     let (mut x, mut deviations) = (start(n), columns.clone());
-                    maps.flow(&[], (0.4, 1.1), &mut x, &mut deviations)
+                    maps.flow(Regime::free(), (0.4, 1.1), &mut x, &mut deviations)
                         .expect("regular");
                     (x, deviations)
                 };

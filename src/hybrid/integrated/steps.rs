@@ -141,7 +141,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// At a contact the end rate of the step to it serves for the gaps, unless stops were held; the next flight evaluates its own.
     pub(super) fn evaluate_gaps_on_arrival(&mut self) -> Result<()> {
-        if !self.held.is_empty() {
+        if !self.regime.is_free() {
             return self.evaluate_gaps();
         }
         self.stepper.go_on();
@@ -371,7 +371,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.grazes.clear();
         self.doubt = None;
         self.forget_extents();
-        recorder.begin_segment(kind_of_segment(IS_HELD), &self.held);
+        recorder.begin_segment(SegmentKind::of(&self.regime), &self.regime);
         let end = self.clock.after(span);
         let mut steps = observer.steps(self.work_of_step());
         let mut orders = Some(orders);
@@ -460,7 +460,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 break Arrival::End;
             }
             if IS_HELD && self.has_strayed() {
-                self.settle(&self.held.clone())?;
+                self.settle()?;
                 self.begin(dynamics)?;
             }
         };
@@ -522,7 +522,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             let GapValue { gap, size, .. } = self.gaps[stop];
             gap.abs() > self.tolerance(stop, size)
         };
-        self.held.iter().any(is_off)
+        self.regime.constrained().iter().any(is_off)
     }
 
     /// Records the touches of a segment; a step may have seen some behind what ended it.
@@ -535,13 +535,5 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 recorder.graze(graze);
             }
         }
-    }
-}
-
-fn kind_of_segment(is_held: bool) -> SegmentKind {
-    if is_held {
-        SegmentKind::Stick
-    } else {
-        SegmentKind::Flight
     }
 }

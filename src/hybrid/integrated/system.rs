@@ -13,7 +13,8 @@ use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
-use crate::impact::{Newton, wrapped};
+use crate::impact::wrapped;
+use crate::law::{Newton, Regime};
 use crate::model::{
     Contact, Dynamics, GapValue, Laws, Surface, System, acceleration_size, are_coupled,
     force_terms, places,
@@ -124,7 +125,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> 
     }
 
     fn is_bound(&self, stop: usize) -> bool {
-        !self.held.is_empty() && self.is_bound[stop] && !self.held.contains(&stop)
+        !self.regime.is_free() && self.is_bound[stop] && self.regime.leaves_free(stop)
     }
 }
 
@@ -156,15 +157,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     fn gap_derivatives(
         &mut self,
         stops: &[usize],
-        held: &[usize],
+        regime: &Regime,
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         let mut of_order = |order: usize| -> Result<Vec<[f64; 2]>> {
             let stops = stops.iter();
             if order == 2 {
-                stops.map(|&stop| self.drawn(stop, held)).collect()
+                stops.map(|&stop| self.drawn(stop, regime)).collect()
             } else {
-                stops.map(|&stop| self.jerk(stop, held)).collect()
+                stops.map(|&stop| self.jerk(stop, regime)).collect()
             }
         };
         (orders.start..orders.end.min(4))
@@ -173,7 +174,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
-        self.jerk(stop, &[]).map(|[jerk, _]| jerk)
+        self.jerk(stop, Regime::free()).map(|[jerk, _]| jerk)
     }
 
     fn left_at_release(&self) -> f64 {
@@ -220,14 +221,14 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
         self.evaluate_gaps()
     }
 
-    fn set_active_contacts(&mut self, stops: &[usize]) -> Result<()> {
-        let is_new = self.held != stops;
-        self.held.clear();
-        self.held.extend_from_slice(stops);
+    fn enter(&mut self, regime: &Regime) -> Result<()> {
+        let is_new = self.regime != *regime;
+        self.regime.clone_from(regime);
+        let stops = regime.constrained();
         self.peak_forces.clear();
         self.peak_forces.resize(stops.len(), 0.0);
         if !stops.is_empty() {
-            self.settle(stops)?;
+            self.settle()?;
         }
         if is_new {
             let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
@@ -252,7 +253,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
     }
 
     fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
-        recorder.begin_segment(SegmentKind::Chatter, &[stop]);
+        recorder.begin_segment(SegmentKind::Chatter, &Regime::holding([stop]));
         self.record_no_step(None, recorder);
         Ok(())
     }

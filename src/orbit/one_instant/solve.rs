@@ -45,7 +45,7 @@ impl Solution {
                 span: period,
                 after,
                 before_next,
-                mode: ContactMode::FREE,
+                mode: ContactMode::struck(),
             },
             impulses,
         })

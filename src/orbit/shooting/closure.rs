@@ -10,11 +10,12 @@
 //! instant: its start has corrections of its own, which follow from the others.
 
 use crate::error::Result;
-use crate::hybrid::chatter_map::{Chatter, complete, strike};
-use crate::hybrid::{GapAt, HybridMaps, ScaledUnits, Timed};
+use crate::hybrid::chatter_map::Chatter;
+use crate::hybrid::{GapAt, HybridMaps, ScaledUnits, Timed, condition, pass};
+use crate::law::{Regime, Stage};
 use crate::observer::unless_broken_off;
-use crate::orbit::contact_mode::{ContactStage, Event};
-use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, FREE_DIRECTION, WEAK_DIRECTION};
+
+use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton steps before giving up. [work]
@@ -73,7 +74,7 @@ pub(crate) enum Clocked {
 /// One periodic problem.
 pub(crate) struct Shooting<'a> {
     pub motion: &'a dyn HybridMaps,
-    pub stages: &'a [ContactStage],
+    pub stages: &'a [Stage],
     pub clocked: Clocked,
     /// The image of each stop, where a motion closes half a period later with its mirror image.
     pub images: Option<&'a [usize]>,
@@ -87,27 +88,24 @@ pub(crate) const WEAK_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
 pub(crate) const WEAK_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
 
 impl Shooting<'_> {
-    fn event(&self, k: usize) -> &Event {
-        &self.stages[k % self.stages.len()].event
+    fn stage(&self, k: usize) -> &Stage {
+        &self.stages[k % self.stages.len()]
     }
 
-    /// The stops held after instant k.
-    pub(super) fn held(&self, k: usize) -> &[usize] {
-        &self.stages[k % self.stages.len()].held
+    /// The regime after instant k.
+    pub(super) fn regime(&self, k: usize) -> &Regime {
+        &self.stage(k).regime
     }
 
     /// The stops struck at instant k that were not held before it, whose gaps are conditions.
     pub(crate) fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
-        let stops: &[usize] = match self.event(k) {
-            Event::Strike(stops) => stops,
-            _ => &[],
-        };
-        let before = self.held(k + self.stages.len() - 1);
+        let stops = self.stage(k).transition.struck();
+        let before = self.regime(k + self.stages.len() - 1);
         let is_first = k.is_multiple_of(self.stages.len());
         let images = self.images.filter(|_| is_first);
         let is_held = move |stop: &usize| match images {
-            Some(images) => before.iter().any(|&held| images[held] == *stop),
-            None => before.contains(stop),
+            Some(images) => !before.mirrored(images).leaves_free(*stop),
+            None => !before.leaves_free(*stop),
         };
         stops.iter().copied().filter(move |stop| !is_held(stop))
     }
@@ -137,9 +135,10 @@ impl Shooting<'_> {
 
     /// How many times are unknown.
     pub(super) fn n_times(&self) -> usize {
-        match self.event(0) {
-            Event::Nothing => 0,
-            _ => self.stages.len(),
+        if self.stage(0).transition.is_nothing() {
+            0
+        } else {
+            self.stages.len()
         }
     }
 
@@ -159,17 +158,7 @@ impl Shooting<'_> {
         units: &ScaledUnits,
         y: &mut Timed,
     ) -> Result<(Vec<f64>, Option<Chatter>)> {
-        Ok(match self.event(k) {
-            Event::Strike(stops) => {
-                let impulses = strike(self.motion, stops, y)?;
-                (impulses, None)
-            }
-            Event::Chatter(stop) => {
-                let chatter = complete(self.motion, *stop, units, y)?;
-                (Vec::new(), Some(chatter))
-            }
-            Event::Release(_) | Event::Nothing => (Vec::new(), None),
-        })
+        pass(self.motion, &self.stage(k).transition, units, y)
     }
 
     /// The condition of instant k on a state before it and on its time, scaled, with what deviations make of it; a stop
@@ -180,33 +169,7 @@ impl Shooting<'_> {
         units: &ScaledUnits,
         y: &Timed,
     ) -> Result<Option<(f64, DVector<f64>)>> {
-        match *self.event(k) {
-            Event::Nothing | Event::Strike(_) => Ok(None),
-            Event::Chatter(stop) => {
-                let at = self.motion.gap(stop, y.time, &y.state)?;
-                let scale = 1.0 / (at.gradient.amax() * units.position);
-                let row = at.timed_deviations(&y.deviations, &y.delays);
-                Ok(Some((at.gap * scale, row * scale)))
-            }
-            Event::Release(stop) => {
-                let GapAt { gradient, .. } = self.motion.gap(stop, y.time, &y.state)?;
-                let scale = units.time / (gradient.amax() * units.velocity);
-                let pull = |t: f64, x: &DVector<f64>| {
-                    let rate = self.motion.rate(self.held(k), t, x)?;
-                    self.motion.gap_acceleration(stop, t, x, &rate)
-                };
-                let mut row = DVector::zeros(y.deviations.ncols());
-                for (j, column) in y.deviations.column_iter().enumerate() {
-                    let size = units.size_of(column.iter(), y.delays[j]);
-                    if size > 0.0 {
-                        let step = CENTRAL_DIFFERENCE_STEP / size;
-                        let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
-                        row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
-                    }
-                }
-                Ok(Some((pull(y.time, &y.state)? * scale, row)))
-            }
-        }
+        condition(self.motion, self.stage(k), units, y)
     }
 
     /// Moves a state and deviations along flight k; returns the Jacobian of the flight where it was made.
@@ -219,7 +182,7 @@ impl Shooting<'_> {
         unless_broken_off()?;
         let span = (state.starts[k], state.times[k + 1]);
         self.motion
-            .flow_by_jacobian(self.held(k), span, x, deviations)
+            .flow_by_jacobian(self.regime(k), span, x, deviations)
     }
 
     /// The end of flight k, at instant k + 1, without deviations; of a last flight that is to close with its mirror image, the image.
@@ -300,7 +263,7 @@ impl Shooting<'_> {
         let mut end = &y.state - next;
         if y.time != start {
             // The end of a chatter is known to less than the state at a fixed time is.
-            end += self.motion.rate(self.held(k + 1), start, next)? * (start - y.time);
+            end += self.motion.rate(self.regime(k + 1), start, next)? * (start - y.time);
         }
         worst.note(end.rows(0, n).amax() / units.position);
         worst.note(end.rows(n, n).amax() / units.velocity);

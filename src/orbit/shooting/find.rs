@@ -1,8 +1,9 @@
 //! `find_orbit`: from a guess to a periodic motion of any pattern (theory 5).
 
 use crate::error::{Error, Result};
+use crate::law::{Stage, Transition};
 use crate::model::{Scene, System, contacts};
-use crate::orbit::contact_mode::{ContactStage, Event};
+
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, ShootingState};
@@ -217,7 +218,7 @@ fn one_round(
     found: &ShootingState,
 ) -> Result<Option<(Signature, ShootingState)>> {
     let (stages, n_periods) = (&signature.stages, signature.n_periods);
-    let is_empty = matches!(stages[0].event, Event::Nothing);
+    let is_empty = matches!(stages[0].transition, Transition::Nothing);
     for periods in 1..n_periods {
         let rounds = n_periods / periods;
         let own = if is_empty { 1 } else { stages.len() / rounds };
@@ -267,10 +268,10 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
     }
     let mut struck = Vec::new();
     for stage in &start.stages {
-        match &stage.event {
-            Event::Strike(stops) => struck.push(stops.clone()),
-            Event::Chatter(stop) | Event::Release(stop) => struck.push(vec![*stop]),
-            Event::Nothing => {}
+        match &stage.transition {
+            Transition::Strike(stops) => struck.push(stops.clone()),
+            Transition::Chatter(stop) | Transition::Release(stop) => struck.push(vec![*stop]),
+            Transition::Nothing => {}
         }
     }
     Pattern::new(struck)?.check(scene.stops().len())?;
@@ -278,19 +279,17 @@ fn check(scene: &Scene, start: &Start) -> Result<()> {
 }
 
 /// Refuses motions that come to rest on a stop by an impact that takes not all speed.
-pub(crate) fn check_landings(scene: &Scene, stages: &[ContactStage]) -> Result<()> {
-    if stages.iter().all(|stage| stage.held.is_empty()) {
+pub(crate) fn check_landings(scene: &Scene, stages: &[Stage]) -> Result<()> {
+    if stages.iter().all(|stage| stage.regime.is_free()) {
         return Ok(());
     }
     let contacts = contacts(scene);
     for (k, stage) in stages.iter().enumerate() {
-        let Event::Strike(stops) = &stage.event else {
-            continue;
-        };
-        let before = &stages[(k + stages.len() - 1) % stages.len()].held;
-        let mut caught = stops.iter().filter(|stop| stage.held.contains(stop));
+        let before = &stages[(k + stages.len() - 1) % stages.len()].regime;
+        let mut caught =
+            (stage.transition.struck().iter()).filter(|&&stop| stage.regime.holds(stop));
         if let Some(&stop) =
-            caught.find(|&&stop| !before.contains(&stop) && !contacts[stop].law().is_inelastic())
+            caught.find(|&&stop| !before.holds(stop) && !contacts[stop].law().is_inelastic())
         {
             let rule = "its impacts must accumulate while no other stop is held or hit; of other contacts that come to rest \
                         with e > 0 there is no Jacobian";

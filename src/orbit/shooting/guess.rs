@@ -4,9 +4,10 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
-use crate::hybrid::{SegmentKind, joined};
+use crate::hybrid::joined;
+use crate::law::{Regime, Stage, Transition};
 use crate::model::{Scene, contacts};
-use crate::orbit::contact_mode::{ContactStage, Event};
+
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
 use crate::orbit::shooting::signature::Signature;
@@ -53,7 +54,7 @@ impl<'a> From<&'a Trajectory> for Guess<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
     /// What happens at each instant, and what is held behind it; the first one is an impact, if there is any.
-    pub stages: Vec<ContactStage>,
+    pub stages: Vec<Stage>,
     /// Forcing periods in one period, 1 without forcing.
     pub n_periods: usize,
     /// The forcing phase at the first instant.
@@ -111,7 +112,7 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
     let times = wanted / once;
     let one_round = folded(orbit_instants(orbit), orbit.scene());
     // A motion without instants is one flight, however long.
-    let is_one = one_round[0].event == Event::Nothing;
+    let is_one = one_round[0].stage.transition.is_nothing();
     let rounds = (0..if is_one { 1 } else { times }).flat_map(|round| {
         let late = round as f64 * orbit.period();
         one_round.iter().cloned().map(move |mut instant| {
@@ -137,23 +138,23 @@ fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
     let mut chatter = None;
     for flight in flights {
         let mode = &flight.mode;
-        if mode.kind == SegmentKind::Chatter {
-            chatter = Some((mode.stops[0], flight.start));
+        if mode.is_chatter() {
+            chatter = Some((mode.stops()[0], flight.start));
             continue;
         }
         let (mut time, mut approach) = (flight.start, 0.0);
-        let event = match (chatter.take(), mode.released) {
+        let transition = match (chatter.take(), mode.released) {
             (Some((stop, start)), _) => {
                 time = start;
-                Event::Chatter(stop)
+                Transition::Chatter(stop)
             }
-            (None, Some(stop)) => Event::Release(stop),
+            (None, Some(stop)) => Transition::Release(stop),
             (None, None) => match struck.next().filter(|_| mode.is_struck) {
-                None => Event::Nothing,
+                None => Transition::Nothing,
                 Some(stops) => {
                     let speeds = impacts.by_ref().take(stops.len());
                     approach = speeds.map(|impact| impact.approach).fold(0.0, f64::max);
-                    Event::Strike(stops.clone())
+                    Transition::Strike(stops.clone())
                 }
             },
         };
@@ -161,8 +162,10 @@ fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
             time,
             start: flight.start,
             phase: 0.0,
-            event,
-            held: mode.held().to_vec(),
+            stage: Stage {
+                transition,
+                regime: mode.lasting().clone(),
+            },
             approach,
             state: joined(&orbit.state(flight.start, false)),
         });
@@ -181,10 +184,7 @@ pub(super) fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period:
         starts: round.iter().map(|i| part(i.start)).collect(),
         period,
         states: round.iter().map(|i| i.state.clone()).collect(),
-        stages: round
-            .into_iter()
-            .map(|Instant { event, held, .. }| ContactStage { event, held })
-            .collect(),
+        stages: round.into_iter().map(|i| i.stage).collect(),
     }
 }
 
@@ -193,9 +193,10 @@ pub(crate) fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
     let contacts = contacts(scene);
     let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
     for mut instant in instants {
-        if let Event::Chatter(stop) = instant.event {
+        if let Transition::Chatter(stop) = instant.stage.transition {
             let law = contacts[stop].law();
-            let is_bounce = |i: &Instant| i.held.is_empty() && i.event == Event::Strike(vec![stop]);
+            let bounce = Stage::free(Transition::Strike(vec![stop]));
+            let is_bounce = |i: &Instant| i.stage == bounce;
             while let [.., before, last] = kept.as_slice() {
                 let is_repeated = law.is_repeated(before.approach, last.approach);
                 if !(is_bounce(before) && is_bounce(last) && is_repeated) {
@@ -226,7 +227,7 @@ fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
 
 /// How far two instants are from being the same one a number of periods later, relative to the motion's size.
 fn distance(a: &Instant, b: &Instant, lag: Option<f64>, rest: [f64; 2]) -> f64 {
-    if a.event != b.event || a.held != b.held {
+    if a.stage != b.stage {
         return f64::INFINITY;
     }
     let n = a.state.len() / 2;
@@ -250,19 +251,19 @@ fn from_trajectory(
 ) -> Result<Start> {
     let stretches = trajectory.stretches()?;
     if let (Some(last), Some(w)) = (stretches.last(), frequency)
-        && last.kind == SegmentKind::Stick
+        && last.is_stick()
         && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
     {
-        return without_instants(trajectory, frequency, n_periods, last.stops);
+        return without_instants(trajectory, frequency, n_periods, last.regime);
     }
     let mut all = instants_of(trajectory)?;
     // Between two releases of a stop the motion has one round; there is the least to go wrong with the number of impacts.
-    let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
+    let is_release = |instant: &Instant| matches!(instant.stage.transition, Transition::Release(_));
     if let Some(last) = all.iter().rposition(is_release) {
         all.truncate(last + 1);
     }
     let Some((last, earlier)) = all.split_last() else {
-        return without_instants(trajectory, frequency, n_periods, &[]);
+        return without_instants(trajectory, frequency, n_periods, Regime::free());
     };
     let (start, end) = trajectory.span();
     let rest = at_rest(&all, end - start);
@@ -329,13 +330,11 @@ fn from_state(
         .first()
         .filter(|first| first.time <= GUESS_WAIT_PERIODS * period)
     else {
-        let held = stretches.last().map_or(&[][..], |stretch| stretch.stops);
-        return without_instants(&run, scene.frequency(), Some(n_periods), held);
+        let regime = stretches.last().map_or(Regime::free(), |part| part.regime);
+        return without_instants(&run, scene.frequency(), Some(n_periods), regime);
     };
     let off = |instant: &Instant| (instant.time - first.time - period).abs();
-    let is_return = |instant: &Instant| {
-        instant.event == first.event && instant.held == first.held && off(instant) < 0.5 * period
-    };
+    let is_return = |instant: &Instant| instant.stage == first.stage && off(instant) < 0.5 * period;
     let returns = (1..all.len()).filter(|&k| is_return(&all[k]));
     let back = returns.min_by(|&i, &j| off(&all[i]).total_cmp(&off(&all[j])));
     let (count, spanned) = back.map_or_else(
@@ -367,8 +366,8 @@ fn one_round(
 
 /// Turns a round so that its first instant is an impact, behind a release if there is one; those before it come a period later.
 fn begin_with_impact(round: &mut [Instant], period: f64) -> Result<()> {
-    let is_strike = |instant: &Instant| matches!(instant.event, Event::Strike(_));
-    let is_release = |instant: &Instant| matches!(instant.event, Event::Release(_));
+    let is_strike = |instant: &Instant| matches!(instant.stage.transition, Transition::Strike(_));
+    let is_release = |instant: &Instant| matches!(instant.stage.transition, Transition::Release(_));
     let after = (round.iter().position(is_release)).map_or(0, |release| release + 1);
     let mut in_order = (after..round.len()).chain(0..after);
     let Some(landing) = in_order.find(|&k| is_strike(&round[k])) else {
@@ -438,7 +437,7 @@ fn without_instants(
     trajectory: &Trajectory,
     frequency: Option<f64>,
     n_periods: Option<usize>,
-    held: &[usize],
+    regime: &Regime,
 ) -> Result<Start> {
     let Some(w) = frequency else {
         let rule = "in a scene without forcing nothing gives it a period and a phase that could be looked for";
@@ -454,8 +453,10 @@ fn without_instants(
         time: end,
         start: end,
         phase: trajectory.forcing_phase()(end),
-        event: Event::Nothing,
-        held: held.to_vec(),
+        stage: Stage {
+            transition: Transition::Nothing,
+            regime: regime.clone(),
+        },
         approach: 0.0,
         state: joined(&trajectory.state(end, ImpactSide::After)?),
     };

@@ -5,8 +5,9 @@ use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::hybrid::joined;
 use crate::impact::wrapped;
+use crate::law::{Stage, Transition};
 use crate::model::{Change, Scene};
-use crate::orbit::contact_mode::{ContactStage, Event};
+
 use crate::orbit::pattern::Pattern;
 use crate::orbit::shooting::guess::{Guess, Start, period_of_state, started};
 use crate::orbit::shooting::guess_instants::Instant;
@@ -62,10 +63,10 @@ fn instants_in_order(
     period: f64,
 ) -> Result<Vec<Instant>> {
     let phase_at = |time: f64| wrapped(scene.frequency().unwrap_or(0.0) * time + scene.phase());
-    let stages = pattern.instants().iter().map(|stops| ContactStage {
-        event: Event::Strike(stops.clone()),
-        held: Vec::new(),
-    });
+    let stages = pattern
+        .instants()
+        .iter()
+        .map(|stops| Stage::free(Transition::Strike(stops.clone())));
     let signature = Signature {
         stages: stages.collect(),
         n_periods: 1,
@@ -112,8 +113,7 @@ fn instants_in_order(
                 time,
                 start: time,
                 phase: phase_at(time),
-                event: Event::Strike(stops.clone()),
-                held: Vec::new(),
+                stage: Stage::free(Transition::Strike(stops.clone())),
                 approach: hit.approach,
                 state,
             });
@@ -125,8 +125,7 @@ fn instants_in_order(
             time: 0.0,
             start: 0.0,
             phase: phase_at(0.0),
-            event: Event::Nothing,
-            held: Vec::new(),
+            stage: Stage::free(Transition::Nothing),
             approach: 0.0,
             state: joined(&(q, v)),
         });

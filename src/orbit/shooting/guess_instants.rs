@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::{SegmentKind, joined};
 use crate::impact::Impact;
-use crate::orbit::contact_mode::Event;
+use crate::law::{Stage, Transition};
 use crate::path::Stretch;
 use crate::simulate::{ImpactSide, Trajectory};
 use nalgebra::DVector;
@@ -15,9 +15,7 @@ pub(crate) struct Instant {
     /// The start of the flight after it [s], at which `state` is taken.
     pub start: f64,
     pub phase: f64,
-    pub event: Event,
-    /// The stops held after it.
-    pub held: Vec<usize>,
+    pub stage: Stage,
     /// The approach speed of an impact.
     pub approach: f64,
     /// The state (q, v) at `start`, shape (2n,), [m, m/s].
@@ -47,7 +45,7 @@ fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     } in trajectory.impacts()
     {
         if let Some(last) = found.last_mut().filter(|last| last.time == time)
-            && let Event::Strike(stops) = &mut last.event
+            && let Transition::Strike(stops) = &mut last.stage.transition
             && !stops.contains(&stop)
         {
             stops.push(stop);
@@ -57,8 +55,7 @@ fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
             time,
             start: time,
             phase,
-            event: Event::Strike(vec![stop]),
-            held: Vec::new(),
+            stage: Stage::free(Transition::Strike(vec![stop])),
             approach,
             state: joined(&trajectory.state(time, ImpactSide::After)?),
         });
@@ -70,15 +67,13 @@ fn impacts(trajectory: &Trajectory) -> Result<Vec<Instant>> {
 fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
     let phase_at = trajectory.forcing_phase();
     let stretches = trajectory.stretches()?;
-    let is_part = |s: &&Stretch<'_>| s.end > s.start || s.kind == SegmentKind::Chatter;
+    let is_part = |s: &&Stretch<'_>| s.end > s.start || s.is_chatter();
     let parts = stretches.iter().filter(is_part);
     let mut impacts = trajectory.impacts().iter().peekable();
     let mut found = Vec::new();
     let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
-    for &Stretch {
-        kind, start, stops, ..
-    } in parts
-    {
+    for part in parts {
+        let (start, stops) = (part.start, part.stops());
         let slack = 4.0 * f64::EPSILON * start.abs();
         let (mut struck, mut approach) = (Vec::new(), 0.0f64);
         while let Some(impact) = impacts.next_if(|impact| impact.time <= start + slack) {
@@ -87,7 +82,7 @@ fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
                 approach = approach.max(impact.approach);
             }
         }
-        if kind == SegmentKind::Chatter {
+        if part.is_chatter() {
             chatter = Some((stops[0], start));
             before = &[];
             continue;
@@ -97,21 +92,24 @@ fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
             .copied()
             .filter(|stop| !stops.contains(stop))
             .collect();
-        let event = match (chatter.take(), struck.is_empty(), released.as_slice()) {
+        let stage = |transition| Stage {
+            transition,
+            regime: part.regime.clone(),
+        };
+        let transition = match (chatter.take(), struck.is_empty(), released.as_slice()) {
             (Some((stop, time)), ..) if stops == [stop] => {
                 found.push(Instant {
                     time,
                     start,
                     phase: phase_at(time),
-                    event: Event::Chatter(stop),
-                    held: stops.to_vec(),
+                    stage: stage(Transition::Chatter(stop)),
                     approach,
                     state: joined(&trajectory.state(start, ImpactSide::After)?),
                 });
                 None
             }
-            (None, false, _) => Some(Event::Strike(struck)),
-            (None, true, &[stop]) => Some(Event::Release(stop)),
+            (None, false, _) => Some(Transition::Strike(struck)),
+            (None, true, &[stop]) => Some(Transition::Release(stop)),
             (None, true, &[]) => None,
             (None, true, _) => {
                 return Err(unsupported("stops that are let go at one time", start));
@@ -125,13 +123,12 @@ fn lasting(trajectory: &Trajectory) -> Result<Vec<Instant>> {
                 return Err(unsupported("accumulating impacts without rest", start));
             }
         };
-        if let Some(event) = event {
+        if let Some(transition) = transition {
             found.push(Instant {
                 time: start,
                 start,
                 phase: phase_at(start),
-                event,
-                held: stops.to_vec(),
+                stage: stage(transition),
                 approach,
                 state: joined(&trajectory.state(start, ImpactSide::After)?),
             });

@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::hybrid::HybridMaps;
 use crate::hybrid::ScaledUnits;
+use crate::law::Regime;
 use crate::model::Scene;
 use crate::orbit::shooting::closure::ShootingState;
 use crate::tolerance::OPPOSITE_SIDES;
@@ -40,8 +41,8 @@ pub(crate) fn images(
         (1.1 * units.time, usual(1)),
     ];
     for (t, x) in &samples {
-        let rate = motion.rate(&[], *t, x)?;
-        if !are_opposite(&rate, &motion.rate(&[], t + half, &-x)?) {
+        let rate = motion.rate(Regime::free(), *t, x)?;
+        if !are_opposite(&rate, &motion.rate(Regime::free(), t + half, &-x)?) {
             return Ok(None);
         }
     }

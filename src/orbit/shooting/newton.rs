@@ -204,7 +204,7 @@ impl Shooting<'_> {
             states.push(deviations.clone());
             starts.push(delays.clone());
             let start = state.starts[k];
-            let rate = self.motion.rate(self.held(k), start, &state.states[k])?;
+            let rate = self.motion.rate(self.regime(k), start, &state.states[k])?;
             deviations -= rate * delays.transpose();
             let TransportedFlight { y, condition, map } = match known.get(k) {
                 Some(Some(map)) => self.transported_by(map, k, (state, units), &deviations)?,

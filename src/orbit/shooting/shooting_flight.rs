@@ -1,8 +1,9 @@
 //! A loop taken apart: its flights as an orbit has them, impacts that accumulate one by one.
 
 use crate::error::Result;
-use crate::hybrid::{HybridMaps, SegmentKind, project_onto};
-use crate::orbit::contact_mode::{ContactMode, ContactStage, Event};
+use crate::hybrid::{HybridMaps, project_onto};
+use crate::law::{Regime, Stage, Transition};
+use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::shooting::closure::{FlightEnd, ShootingState};
 use nalgebra::DVector;
 
@@ -27,7 +28,7 @@ fn opening(flight_ends: &[FlightEnd], k: usize) -> &FlightEnd {
 /// The flights of a loop in their order. They change smoothly with the loop; the completion of accumulating impacts may end a little before
 /// it begins.
 pub(crate) fn shooting_flights<M: HybridMaps + ?Sized>(
-    stages: &[ContactStage],
+    stages: &[Stage],
     found: &ShootingState,
     flight_ends: &[FlightEnd],
     motion: &M,
@@ -44,20 +45,12 @@ pub(crate) fn shooting_flights<M: HybridMaps + ?Sized>(
     };
     for (k, stage) in stages.iter().enumerate() {
         let begun = found.starts[k];
-        let mut mode = ContactMode {
-            kind: SegmentKind::Flight,
-            stops: stage.held.clone(),
-            is_struck: false,
-            released: None,
-        };
-        if !stage.held.is_empty() {
-            mode.kind = SegmentKind::Stick;
-        }
-        match &stage.event {
-            Event::Nothing => mode.is_struck = stage.held.is_empty(),
-            Event::Release(stop) => mode.released = Some(*stop),
-            Event::Strike(_) => mode.is_struck = true,
-            Event::Chatter(stop) => {
+        let mut mode = ContactMode::in_regime(stage.regime.clone());
+        match &stage.transition {
+            Transition::Nothing => mode.is_struck = stage.regime.is_free(),
+            Transition::Release(stop) => mode.released = Some(*stop),
+            Transition::Strike(_) => mode.is_struck = true,
+            Transition::Chatter(stop) => {
                 let chatter = opening(flight_ends, k).chatter.as_ref();
                 let chatter = chatter.expect("completed at every instant where impacts accumulate");
                 for (i, bounce) in chatter.bounces.iter().enumerate() {
@@ -67,23 +60,18 @@ pub(crate) fn shooting_flights<M: HybridMaps + ?Sized>(
                             (next.time, &next.before)
                         });
                     let span = (bounce.time, end);
-                    push(ContactMode::FREE, span, &bounce.after, before_next);
+                    push(ContactMode::struck(), span, &bounce.after, before_next);
                 }
                 // The rest is over in no time: it begins without normal speed.
                 let mut rest = chatter.last.clone();
-                project_onto(motion, &[*stop], chatter.last_time, &mut rest)?;
-                let remainder = ContactMode {
-                    kind: SegmentKind::Chatter,
-                    stops: vec![*stop],
-                    is_struck: false,
-                    released: None,
-                };
+                let regime = Regime::holding([*stop]);
+                project_onto(motion, &regime, chatter.last_time, &mut rest)?;
                 let span = (chatter.last_time, begun);
-                push(remainder, span, &rest, &found.states[k]);
+                push(ContactMode::rest_on(*stop), span, &rest, &found.states[k]);
             }
         }
         let mut after = found.states[k].clone();
-        project_onto(motion, &stage.held, begun, &mut after)?;
+        project_onto(motion, &stage.regime, begun, &mut after)?;
         let span = (begun, found.times[k + 1].max(begun));
         push(mode, span, &after, &flight_ends[k].before);
     }
@@ -95,7 +83,7 @@ pub(crate) fn shooting_flights<M: HybridMaps + ?Sized>(
 pub(super) fn in_order(mut flights: Vec<ShootingFlight>) -> Vec<ShootingFlight> {
     for k in 1..flights.len() {
         let begun = flights[k - 1].start;
-        if flights[k - 1].mode.kind == SegmentKind::Chatter && flights[k].start < begun {
+        if flights[k - 1].mode.is_chatter() && flights[k].start < begun {
             (flights[k - 1].end, flights[k].start) = (begun, begun);
             flights[k].end = flights[k].end.max(begun);
         }
@@ -105,17 +93,17 @@ pub(super) fn in_order(mut flights: Vec<ShootingFlight>) -> Vec<ShootingFlight> 
 
 /// The stops struck at each instant of a period, and their impulses in this order.
 pub(crate) fn struck_in_order(
-    stages: &[ContactStage],
+    stages: &[Stage],
     flight_ends: &[FlightEnd],
 ) -> (Vec<Vec<usize>>, Vec<f64>) {
     let (mut instants, mut impulses) = (Vec::new(), Vec::new());
     for (k, stage) in stages.iter().enumerate() {
         let opening = opening(flight_ends, k);
-        if let Event::Strike(stops) = &stage.event {
+        if let Transition::Strike(stops) = &stage.transition {
             instants.push(stops.clone());
             impulses.extend_from_slice(&opening.impulses);
         }
-        if let (Event::Chatter(stop), Some(chatter)) = (&stage.event, &opening.chatter) {
+        if let (Transition::Chatter(stop), Some(chatter)) = (&stage.transition, &opening.chatter) {
             instants.extend(chatter.bounces.iter().map(|_| vec![*stop]));
             impulses.extend(chatter.bounces.iter().map(|bounce| bounce.impulse));
         }

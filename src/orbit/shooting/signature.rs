@@ -3,11 +3,11 @@
 
 use crate::error::Result;
 use crate::flow::ModalScene;
-use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, ScaledUnits, constrained_motions};
+use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, ScaledUnits, regime_motions};
 use crate::impact::wrapped;
+use crate::law::Stage;
 use crate::modal::ModalState;
 use crate::model::Scene;
-use crate::orbit::contact_mode::ContactStage;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// What happens at the instants of a periodic motion, what is held between them, and for how many periods of the forcing it goes on.
 #[derive(Debug, Clone)]
 pub(crate) struct Signature {
-    pub stages: Vec<ContactStage>,
+    pub stages: Vec<Stage>,
     /// 1 without forcing.
     pub n_periods: usize,
     /// Whether the equations of the scene depend on time by themselves.
@@ -87,8 +87,8 @@ pub(crate) fn with_shooting<T>(
     let n = scene.n_dof();
     room_for("shooting", 2 * n, 12 * n)?;
     let modal = ModalScene::of(scene, "find_orbit")?;
-    let held = constrained_motions(&modal, stages.iter().map(|stage| stage.held.as_slice()))?;
-    let motion = &ClosedFormMaps::new(&modal, scene.phase(), held);
+    let regimes = regime_motions(&modal, stages.iter().map(|stage| &stage.regime))?;
+    let motion = &ClosedFormMaps::new(&modal, scene.phase(), regimes);
     let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
         let pairs = |state: &DVector<f64>| motion.modal(state);
         let parts = parts(scene, signature, found, flight_ends, motion, pairs)?;

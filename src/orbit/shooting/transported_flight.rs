@@ -66,7 +66,7 @@ impl Shooting<'_> {
             delays = delays.push(0.0);
             delays.swap_rows(two_n, columns);
         }
-        deviations += self.motion.rate(self.held(k), end, &x)? * delays.transpose();
+        deviations += self.motion.rate(self.regime(k), end, &x)? * delays.transpose();
         let own = deviations.ncols();
         if let Some(jacobian) = &jacobian {
             deviations = deviations.insert_columns(own, two_n, 0.0);

@@ -2,7 +2,7 @@
 //! saltation matrices, from the flights and impacts as the shooting has them.
 
 use crate::error::Result;
-use crate::hybrid::{HybridMaps, ImpactAt, ScaledUnits, SegmentKind, across_impact, across_rest};
+use crate::hybrid::{HybridMaps, ImpactsAt, ScaledUnits, across_impacts, across_rest};
 use crate::orbit::contact_mode::ContactMode;
 use nalgebra::{DMatrix, DVector};
 
@@ -32,16 +32,16 @@ pub(crate) fn monodromy<M: HybridMaps>(
     for (k, flight) in flights.iter().enumerate() {
         let next = flights[(k + 1) % flights.len()].mode;
         let mode = flight.mode;
-        if mode.kind == SegmentKind::Chatter {
+        if mode.is_chatter() {
             let from = (flight.start, &before);
-            let rest = across_rest(motion, mode.stops[0], &units, from, deviations)?;
-            deviations = rest.held(motion, next.held())?;
+            let rest = across_rest(motion, mode.stops()[0], &units, from, deviations)?;
+            deviations = rest.at_fixed_time(motion, next.lasting())?;
             continue;
         }
-        let held = mode.held();
+        let regime = mode.lasting();
         before.clone_from(&flight.state);
         motion.flow(
-            held,
+            regime,
             (flight.start, flight.end),
             &mut before,
             &mut deviations,
@@ -51,22 +51,14 @@ pub(crate) fn monodromy<M: HybridMaps>(
         }
         instant = (instant + 1) % pattern.len();
         let (all, ordered) = (&pattern[instant], &order[instant]);
-        let is_joint = all.len() > ordered.len();
-        let mut rates_from = held;
-        for (i, &stop) in ordered.iter().enumerate() {
-            let is_last = i + 1 == ordered.len();
-            let after: &[usize] = if is_last { next.held() } else { &[] };
-            let single = [stop];
-            let struck: &[usize] = if is_joint { all } else { &single };
-            let struck_at = ImpactAt {
-                gap_of: stop,
-                struck,
-                held: (rates_from, after),
-                time: flight.end,
-            };
-            across_impact(motion, &struck_at, &mut before, &mut deviations)?;
-            rates_from = after;
-        }
+        let at = ImpactsAt {
+            struck: all,
+            order: ordered,
+            is_joint: all.len() > ordered.len(),
+            regimes: (regime, next.lasting()),
+            time: flight.end,
+        };
+        across_impacts(motion, &at, &mut before, &mut deviations)?;
     }
     Ok(deviations)
 }

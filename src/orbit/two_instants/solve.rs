@@ -184,14 +184,14 @@ fn flights(
             span: dt,
             after,
             before_next: before_later,
-            mode: ContactMode::FREE,
+            mode: ContactMode::struck(),
         },
         Flight {
             start: dt,
             span: period - dt,
             after: later,
             before_next: before_first,
-            mode: ContactMode::FREE,
+            mode: ContactMode::struck(),
         },
     ])
 }

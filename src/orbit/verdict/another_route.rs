@@ -2,7 +2,7 @@
 //! instants by the law that holds there. What was made by half a period or by impulses alone is followed for a whole one so.
 
 use crate::error::Result;
-use crate::hybrid::{HybridMaps, ScaledUnits, SegmentKind};
+use crate::hybrid::{HybridMaps, ScaledUnits};
 use crate::modal::ModalState;
 use crate::orbit::flights::Flight;
 use crate::orbit::pattern::Pattern;
@@ -30,7 +30,7 @@ pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
     let period = flights.iter().map(|flight| flight.span).sum();
     let units = ScaledUnits::no_less(least, after.iter().chain(&before), period);
     let apart = |by: DVector<f64>| units.size_of(by.iter(), 0.0);
-    let is_rest = |flight: &Flight| flight.mode.kind == SegmentKind::Chatter;
+    let is_rest = |flight: &Flight| flight.mode.is_chatter();
     let mut worst = 0.0f64;
     let mut instant = 0;
     for (k, flight) in flights.iter().enumerate() {
@@ -55,7 +55,7 @@ pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
             let mut jacobian = DMatrix::identity(before[k].len(), before[k].len());
             let span = (flight.start, end);
             motion.flow(
-                flight.mode.held(),
+                flight.mode.lasting(),
                 span,
                 &mut after[k].clone(),
                 &mut jacobian,

@@ -9,6 +9,7 @@ use crate::event::polynomial::{EndValues, Quintic};
 use crate::event::step_path::StepPath;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::OrbitStep;
+use crate::law::Regime;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::integrated::IntegratedJudge;
 
@@ -23,11 +24,11 @@ const NO_TOLERANCE: Tolerance = Tolerance {
 };
 
 impl IntegratedJudge<'_> {
-    /// The motion on a step while stops are held, by the quintics through both its ends.
-    fn path(&self, held: &[usize], (t, step): (f64, &OrbitStep)) -> Result<StepPath> {
+    /// The motion on a step in a regime, by the quintics through both its ends.
+    fn path(&self, regime: &Regime, (t, step): (f64, &OrbitStep)) -> Result<StepPath> {
         let known = |at: f64| -> Result<(Vec<f64>, Vec<f64>)> {
             let x = step.dense.at(at);
-            let a = self.maps.rate_of(held, self.maps.moment(t + at), &x)?;
+            let a = self.maps.rate_of(regime, self.maps.moment(t + at), &x)?;
             Ok((x, a))
         };
         let ends = [known(0.0)?, known(step.h)?];
@@ -45,14 +46,14 @@ impl IntegratedJudge<'_> {
         &self,
         (start, steps): (f64, &[OrbitStep]),
         (stop, first_order, curvature): (usize, usize, f64),
-        held: &[usize],
+        regime: &Regime,
         margin: f64,
         found: &mut Admissibility,
     ) -> Result<()> {
         let mut touches = Vec::new();
         for (i, step) in steps.iter().enumerate() {
             let t = start + step.start;
-            let path = self.path(held, (t, step))?;
+            let path = self.path(regime, (t, step))?;
             let mut gap = BoundedGap {
                 contact: &self.maps.contacts[stop],
                 curvature,

@@ -5,10 +5,9 @@ use crate::event::first_root::FirstRoot;
 use crate::event::polynomial::{EndValues, Judgement, Quintic};
 use crate::event::probed::{Probed, STEP_PROBES};
 use crate::event::series::{GapSeries, GapTerms};
-use crate::hybrid::{
-    FlightPieces, HybridMaps, IntegratedMaps, OrbitStep, SegmentKind, SeriesPiece,
-};
+use crate::hybrid::{FlightPieces, HybridMaps, IntegratedMaps, OrbitStep, SeriesPiece};
 use crate::impact::Impact;
+use crate::law::Regime;
 use crate::model::are_coupled;
 use crate::orbit::contact_mode::{ContactMode, struck};
 use crate::orbit::flights::Flight;
@@ -59,14 +58,14 @@ impl IntegratedJudge<'_> {
                 None
             };
             let begins: &[usize] = next.map_or(&[], |instant| instant);
-            if mode.kind == SegmentKind::Chatter {
+            if mode.is_chatter() {
                 continue;
             }
             if let FlightPieces::Steps(steps) = pieces {
-                self.search_forces(mode.held(), (*start, steps), flights, &mut found)?;
+                self.search_forces(mode.lasting(), (*start, steps), flights, &mut found)?;
             }
             for (stop, &size) in sizes.iter().enumerate() {
-                let (held, margin) = (mode.held(), INTEGRATED_MARGIN * size);
+                let (regime, margin) = (mode.lasting(), INTEGRATED_MARGIN * size);
                 let order = match mode.released {
                     Some(released) if released == stop => 3,
                     _ if begins.contains(&stop) => {
@@ -75,12 +74,13 @@ impl IntegratedJudge<'_> {
                     _ => 0,
                 };
                 let flight = (*start, pieces);
-                if held.contains(&stop) || self.is_low_bounce(flight, (held, stop), margin)? {
+                let is_open = regime.leaves_free(stop);
+                if !is_open || self.is_low_bounce(flight, (regime, stop), margin)? {
                     continue;
                 }
                 match pieces {
                     FlightPieces::Steps(steps) => {
-                        self.search((*start, steps), (stop, order), held, margin, &mut found)?;
+                        self.search((*start, steps), (stop, order), regime, margin, &mut found)?;
                     }
                     FlightPieces::Series(pieces) => {
                         self.search_series((*start, pieces), (stop, order), margin, &mut found);
@@ -117,8 +117,8 @@ impl IntegratedJudge<'_> {
                 judge_reached((stop, next), gap, (margin, margin * rate), found);
             }
             let own = HeldAtImpact {
-                before: mode.held(),
-                after: next_mode.held(),
+                before: mode.lasting(),
+                after: next_mode.lasting(),
                 time: next,
                 impacts,
             };
@@ -143,12 +143,12 @@ impl IntegratedJudge<'_> {
     /// The same with the acceleration.
     fn bent_gap(
         &self,
-        (held, stop): (&[usize], usize),
+        (regime, stop): (&Regime, usize),
         t: f64,
         x: &[f64],
         step: f64,
     ) -> Result<[f64; 3]> {
-        let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
+        let a = self.maps.rate_of(regime, self.maps.moment(t), x)?;
         let (q, v) = x.split_at(x.len() / 2);
         let value = self.maps.contacts[stop].along(|| self.maps.moment(t), (q, v, &a), step)?;
         Ok([value.gap, value.speed, value.acceleration])
@@ -172,14 +172,14 @@ impl IntegratedJudge<'_> {
     fn is_low_bounce(
         &self,
         (start, pieces): (f64, &FlightPieces),
-        (held, stop): (&[usize], usize),
+        (regime, stop): (&Regime, usize),
         margin: f64,
     ) -> Result<bool> {
         let (Some((_, first)), Some((span, last))) = (pieces.starts().next(), pieces.end()) else {
             return Ok(false);
         };
         let plain = |t: f64, x: &[f64]| self.gap(stop, t, x).map(|[gap, speed]| [gap, speed, 0.0]);
-        let bent = |t: f64, x: &[f64]| self.bent_gap((held, stop), t, x, span);
+        let bent = |t: f64, x: &[f64]| self.bent_gap((regime, stop), t, x, span);
         let (first, last) = ((start, &first[..]), (start + span, &last[..]));
         Ok(is_low_bounce(
             plain(first.0, first.1)?,
@@ -192,12 +192,12 @@ impl IntegratedJudge<'_> {
     /// Searches the contact forces of the stops held for the worst pull, on the quartic through five values of each step.
     fn search_forces(
         &self,
-        held: &[usize],
+        regime: &Regime,
         (start, steps): (f64, &[OrbitStep]),
         flights: &[(f64, FlightPieces)],
         found: &mut Admissibility,
     ) -> Result<()> {
-        if held.is_empty() || steps.is_empty() {
+        if regime.is_free() || steps.is_empty() {
             return Ok(());
         }
         let mut along = Vec::with_capacity(steps.len());
@@ -205,11 +205,14 @@ impl IntegratedJudge<'_> {
             let mut nodes = Vec::with_capacity(5);
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 let at = self.maps.moment(start).after(step.start + part * step.h);
-                nodes.push(self.maps.forces(held, at, &step.dense.at(part * step.h))?);
+                nodes.push(
+                    self.maps
+                        .forces(regime, at, &step.dense.at(part * step.h))?,
+                );
             }
             along.push((start + step.start, step.h, nodes));
         }
-        for (k, &stop) in held.iter().enumerate() {
+        for (k, &stop) in regime.constrained().iter().enumerate() {
             let of_stop: Vec<_> = along
                 .iter()
                 .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
@@ -227,7 +230,8 @@ impl IntegratedJudge<'_> {
         let mut most = 0.0f64;
         for (start, pieces) in flights {
             for (local, x) in pieces.starts() {
-                let [_, _, acceleration] = self.bent_gap((&[], stop), start + local, &x, 0.0)?;
+                let [_, _, acceleration] =
+                    self.bent_gap((Regime::free(), stop), start + local, &x, 0.0)?;
                 most = most.max(acceleration.abs());
             }
         }
@@ -314,7 +318,7 @@ impl IntegratedJudge<'_> {
         &self,
         (start, steps): (f64, &[OrbitStep]),
         (stop, first_order): (usize, usize),
-        held: &[usize],
+        regime: &Regime,
         margin: f64,
         found: &mut Admissibility,
     ) -> Result<()> {
@@ -323,10 +327,10 @@ impl IntegratedJudge<'_> {
             && let Some(curvature) = contact.surface.curvature()
         {
             let searched = (stop, first_order, curvature);
-            return self.search_bounded((start, steps), searched, held, margin, found);
+            return self.search_bounded((start, steps), searched, regime, margin, found);
         }
         let ends = |t: f64, x: &[f64], h: f64| -> Result<[f64; 3]> {
-            let a = self.maps.rate_of(held, self.maps.moment(t), x)?;
+            let a = self.maps.rate_of(regime, self.maps.moment(t), x)?;
             let (q, v) = x.split_at(x.len() / 2);
             let value = contact.along(|| self.maps.moment(t), (q, v, &a), h)?;
             Ok([value.gap, value.speed, value.acceleration])

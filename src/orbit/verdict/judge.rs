@@ -5,9 +5,8 @@ use crate::error::Result;
 use crate::event::levels::PropagatorLevels;
 use crate::event::walk::{Sought, StopDepth, check_flight};
 use crate::flow::{
-    ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, SceneFlow, along, with_flow,
+    FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, SceneFlow, along, with_flow,
 };
-use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::model::Moment;
@@ -75,7 +74,7 @@ impl<'a> Judge<'a> {
     /// `Error::Interrupted` from the observer.
     pub fn with_lasting_contact(
         &mut self,
-        held: &[Arc<ConstrainedMotion>],
+        held: &[Arc<RegimeMotion>],
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
@@ -91,9 +90,7 @@ impl<'a> Judge<'a> {
         self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
         self.judge_thrown(flights, impacts, |stop| margins[stop] * rate, &mut found)?;
         let gap = |stop: usize, t: f64, state: &[Pair]| self.gap(phase, stop, t, state);
-        let free = flights
-            .iter()
-            .filter(|flight| flight.mode.kind == SegmentKind::Flight);
+        let free = flights.iter().filter(|flight| flight.mode.is_flight());
         with_flow!(&*self.flow, f => {
             for flight in free {
                 let on_flow = |t: f64, state| {
@@ -193,8 +190,8 @@ impl<'a> Judge<'a> {
         let following = flights.iter().cycle().skip(1);
         for (flight, next) in flights.iter().zip(following) {
             let own = HeldAtImpact {
-                before: flight.mode.held(),
-                after: next.mode.held(),
+                before: flight.mode.lasting(),
+                after: next.mode.lasting(),
                 time: next.start,
                 impacts,
             };
@@ -235,7 +232,8 @@ pub(in crate::orbit) fn is_met(
     modes: [&ContactMode; 2],
 ) -> bool {
     let mut hits = impacts.iter().filter(|impact| impact.time == time);
-    hits.any(|impact| impact.stop == stop) || modes.iter().any(|mode| mode.stops.contains(&stop))
+    hits.any(|impact| impact.stop == stop)
+        || modes.iter().any(|mode| !mode.regime.leaves_free(stop))
 }
 
 /// A stop that is reached faster than `slow` where others are hit would be hit too.

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::event::levels::PropagatorLevels;
 use crate::event::polynomial::Quartic;
 use crate::event::walk::{FlightCheck, Sought, StopDepth, check_flight};
-use crate::flow::{ConstrainedMotion, FlowRows, GapRow, LinearFlow, ModalScene, with_flow};
+use crate::flow::{FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, with_flow};
 use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
@@ -25,7 +25,7 @@ pub(crate) fn is_low_bounce(start: [f64; 3], end: [f64; 3], span: f64, margin: f
 
 /// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
 pub(crate) fn search_held(
-    held: &[Arc<ConstrainedMotion>],
+    regimes: &[Arc<RegimeMotion>],
     (scene, phase): (&ModalScene, f64),
     margins: &[f64],
     flights: &[Flight],
@@ -35,7 +35,9 @@ pub(crate) fn search_held(
     let following = flights.iter().cycle().skip(1);
     for (flight, next) in flights.iter().zip(following) {
         let mode = &flight.mode;
-        let known = held.iter().find(|motion| motion.stops == mode.held());
+        let known = regimes
+            .iter()
+            .find(|motion| motion.regime == *mode.lasting());
         let Some(motion) = known else { continue };
         let angle = |t: f64| Moment::of_angle(scene.frequency * t + phase);
         with_flow!(&motion.flow, f => {
@@ -48,9 +50,15 @@ pub(crate) fn search_held(
             let entered = on_flow(flight.start, &flight.after);
             let end = flight.start + flight.span;
             let ended = on_flow(end, &flight.before_next);
-            let forces = motion.stops.iter().zip(&motion.forces);
-            for (&stop, force) in forces {
-                let row = f.gap_row(force);
+            for (guard, quantity) in motion.guards() {
+                let (stop, row) = (guard.element, f.gap_row(quantity));
+                if guard.is_gap() {
+                    let is_released = mode.released == Some(stop);
+                    let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
+                    let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
+                    found.note(stop, flight.start + skipped, &check);
+                    continue;
+                }
                 let at = |state: &[Pair]| {
                     let mut derivatives = Vec::new();
                     f.derivatives(state, &mut derivatives);
@@ -68,14 +76,6 @@ pub(crate) fn search_held(
                 if let Some((time, force)) = worst {
                     found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Holds { force } });
                 }
-            }
-            for (stop, gap) in motion.gaps.iter().enumerate() {
-                let Some(gap) = gap else { continue };
-                let is_released = mode.released == Some(stop);
-                let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
-                let row = f.gap_row(gap);
-                let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
-                found.note(stop, flight.start + skipped, &check);
             }
         });
     }

@@ -3,13 +3,14 @@
 
 use crate::error::Result;
 use crate::impact::Impact;
+use crate::law::Regime;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 
-/// The stops held before an instant and after it, its time and the impacts there.
+/// The regimes before an instant and after it, its time and the impacts there.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::orbit) struct HeldAtImpact<'a> {
-    pub before: &'a [usize],
-    pub after: &'a [usize],
+    pub before: &'a Regime,
+    pub after: &'a Regime,
     pub time: f64,
     pub impacts: &'a [Impact],
 }
@@ -25,12 +26,16 @@ pub(in crate::orbit) fn judge_held(
     let HeldAtImpact { before, time, .. } = own;
     let here = || own.impacts.iter().filter(|impact| impact.time == time);
     let is_struck = |stop: usize| here().any(|impact| impact.stop == stop);
-    for &stop in before.iter().filter(|&&stop| !is_struck(stop)) {
+    for &stop in before
+        .constrained()
+        .iter()
+        .filter(|&&stop| !is_struck(stop))
+    {
         let mut opening = 0.0;
         for impact in here() {
             opening += speed_per_impulse(stop, impact.stop)? * impact.impulse;
         }
-        let rule = if opening > slow(stop) && own.after.contains(&stop) {
+        let rule = if opening > slow(stop) && !own.after.leaves_free(stop) {
             let impulse = -opening / speed_per_impulse(stop, stop)?;
             Rule::Pulls { impulse }
         } else if opening < -slow(stop) {
@@ -63,8 +68,8 @@ mod tests {
             phase: 0.0,
         }];
         let own = HeldAtImpact {
-            before: &[0],
-            after,
+            before: &Regime::holding([0]),
+            after: &Regime::holding(after),
             time: 2.0,
             impacts: &impacts,
         };

@@ -1,11 +1,12 @@
 //! What stops in contact do next: those at rest are held where they are pressed and let go where they are drawn away, the
-//! others open (theory 9, at acceleration level). Where a force falls through zero is found in `hybrid` (`closed_form/held.rs`,
+//! others open (theory 9, at acceleration level). Where a force falls through zero is found in `hybrid` (`closed_form/regime_flight.rs`,
 //! `integrated/release.rs`); the law of the forces is `impact/contact_force.rs`.
 
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
 use super::{EventLoop, Resolved, Unresolved, least_speed};
 use crate::event::next::LATE;
+use crate::law::Regime;
 
 use crate::error::Result;
 use crate::hybrid::{GapState, HybridSystem};
@@ -40,7 +41,7 @@ impl EventLoop {
         if let Err(unresolved) = self.hold_or_open(system, &resting, false)? {
             return Ok(Err(unresolved));
         }
-        system.set_active_contacts(&self.held)?;
+        system.enter(&Regime::holding(self.held.as_slice()))?;
         self.stop_what_rests(system, &resting)?;
         Ok(Ok(()))
     }
@@ -92,7 +93,7 @@ impl EventLoop {
                 return Ok(Err(unresolved));
             }
         }
-        system.set_active_contacts(&self.held)?;
+        system.enter(&Regime::holding(self.held.as_slice()))?;
         Ok(Ok(()))
     }
 
@@ -273,7 +274,9 @@ impl EventLoop {
                     usize::MAX
                 };
                 let (stops, held) = (resting.stops_of(&undecided), resting.stops_of(&held));
-                known = system.gap_derivatives(&stops, &held, order..end)?.into();
+                known = system
+                    .gap_derivatives(&stops, &Regime::holding(held), order..end)?
+                    .into();
             }
             let Some(mut derivatives) = known.pop_front() else {
                 break;
@@ -387,7 +390,7 @@ impl EventLoop {
         let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
         // Where nothing changes, the motion before had the accelerations of the motion to come.
         let rates = if held == self.were_held {
-            system.gap_derivatives(&stops, &held, 3..4)?
+            system.gap_derivatives(&stops, &Regime::holding(held), 3..4)?
         } else {
             Vec::new()
         };
@@ -430,7 +433,7 @@ impl EventLoop {
             let jerks = jerks.collect::<Result<_>>()?;
             vec![accelerations.iter().map(|&a| [a, 0.0]).collect(), jerks]
         } else {
-            system.gap_derivatives(stops, held, order..order + 2)?
+            system.gap_derivatives(stops, &Regime::holding(held), order..order + 2)?
         };
         for &(stop, impulse) in &self.impulses {
             system.push(stop, impulse)?;

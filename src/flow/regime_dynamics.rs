@@ -1,19 +1,20 @@
-//! The motion of any scene while stops are held (theory 9): the contact forces keep their gaps from accelerating.
+//! The motion of any scene in a regime (theory 9): the contact forces keep their gaps from accelerating.
 
 use crate::error::Result;
+use crate::law::Regime;
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// The motion while some stops are held: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
-pub(crate) struct ConstrainedDynamics<'a, D> {
+/// The motion in a regime: `a - sum b L`, with the contact forces L that keep their gaps from accelerating.
+pub(crate) struct RegimeDynamics<'a, D> {
     pub dynamics: &'a D,
     pub system: &'a System,
     pub contacts: Arc<Vec<Contact>>,
-    pub stops: Vec<usize>,
+    pub regime: Regime,
 }
 
-impl<D: Dynamics> ConstrainedDynamics<'_, D> {
+impl<D: Dynamics> RegimeDynamics<'_, D> {
     /// The contact forces at a moment; `a` becomes the acceleration under them.
     pub fn forces(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<Vec<f64>> {
         self.forces_under(self.drive(at), q, v, a)
@@ -28,13 +29,14 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
         a: &mut [f64],
     ) -> Result<Vec<f64>> {
         self.dynamics.driven(drive, q, v, a)?;
-        if self.stops.is_empty() {
+        if self.regime.is_free() {
             return Ok(Vec::new());
         }
-        let (k, slow) = (self.stops.len(), slow_time(q, v, a));
+        let stops = self.regime.constrained();
+        let (k, slow) = (stops.len(), slow_time(q, v, a));
         let mut opening = DVector::zeros(k);
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));
-        for (i, &stop) in self.stops.iter().enumerate() {
+        for (i, &stop) in stops.iter().enumerate() {
             let contact = &self.contacts[stop];
             opening[i] = contact.along(|| at, (q, v, a), slow)?.acceleration;
             let reaction = contact.reaction(self.system, q)?;
@@ -51,7 +53,7 @@ impl<D: Dynamics> ConstrainedDynamics<'_, D> {
     }
 }
 
-impl<D: Dynamics> Dynamics for ConstrainedDynamics<'_, D> {
+impl<D: Dynamics> Dynamics for RegimeDynamics<'_, D> {
     /// What drives the free motion, and when: stops may move.
     type Drive = (D::Drive, Moment);
 
@@ -67,9 +69,9 @@ impl<D: Dynamics> Dynamics for ConstrainedDynamics<'_, D> {
         self.forces_under(drive, q, v, a).map(|_| ())
     }
 
-    /// Differences do where stops are held.
+    /// Differences do where a regime adds forces.
     fn jacobian(&self, at: Moment, q: &[f64], v: &[f64]) -> Result<Option<DMatrix<f64>>> {
-        if self.stops.is_empty() {
+        if self.regime.is_free() {
             self.dynamics.jacobian(at, q, v)
         } else {
             Ok(None)

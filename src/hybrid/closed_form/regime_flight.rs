@@ -1,18 +1,18 @@
-//! Exact flights with stops held: the motion left over has modes of its own, and its contact forces are searched as gaps
-//! are (theory 9).
+//! Exact flights in regimes that are not free: the motion has modes of its own there, and all guards are searched as gaps are (theory 9).
 
-use super::arcs::{ConstrainedArc, reported};
+use super::arcs::{RegimeArc, reported};
 use super::system::{ClosedForm, is_before, is_within};
 use crate::error::Result;
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::next::{ContactSearch, Grazed, LATE, SearchSummary};
 use crate::flow::gap_model::GapModel;
-use crate::flow::{ConstrainedMotion, GapRow, LinearFlow, with_flow};
+use crate::flow::{GapRow, LinearFlow, Quantity, RegimeMotion, with_flow};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
+use crate::law::{Guard, Regime};
 use crate::modal::{ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
 use crate::observer::Observer;
@@ -22,9 +22,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
-    /// The present position and velocity, moved onto some stops and without normal speeds.
-    pub(super) fn settled(&self, stops: &[usize]) -> Result<PhysicalState> {
+    /// The present position and velocity, moved to where a regime keeps them.
+    pub(super) fn settled(&self, regime: &Regime) -> Result<PhysicalState> {
         let (mut q, mut v) = self.physical();
+        let stops = regime.constrained();
         project(&mut q, &mut v, |q| Ok(self.stops_at(stops, q)))?;
         Ok((q, v))
     }
@@ -43,32 +44,32 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         }
     }
 
-    /// The motion while the given stops are held.
-    pub(super) fn motion_of(&mut self, stops: &[usize]) -> Result<Arc<ConstrainedMotion>> {
-        if let Some(known) = self.held.iter().find(|h| h.stops == stops) {
+    /// The motion in a regime that is not free.
+    pub(super) fn motion_in(&mut self, regime: &Regime) -> Result<Arc<RegimeMotion>> {
+        if let Some(known) = self.regimes.iter().find(|own| own.regime == *regime) {
             return Ok(Arc::clone(known));
         }
-        let motion = self.timed.holding(stops)?;
-        self.held.push(Arc::clone(&motion));
+        let motion = self.timed.in_regime(regime)?;
+        self.regimes.push(Arc::clone(&motion));
         Ok(motion)
     }
 
-    /// Time derivatives of some orders of the gaps of some stops while others are held, and what rounding leaves unknown of each.
+    /// Time derivatives of some orders of the gaps of some stops in a regime, and what rounding leaves unknown of each.
     pub(super) fn derivatives_beside(
         &mut self,
         stops: &[usize],
-        held: &[usize],
+        regime: &Regime,
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         let at = self.moment();
         let lost = self.scene.form.lost(&self.modal_state(&self.state));
-        let derivatives = if held.is_empty() {
+        let derivatives = if regime.is_free() {
             let state = self.physical();
             let equations = self.timed.equations();
             equations.derivatives(self.scene, at, state, lost, (orders.clone(), &|_| None))
         } else {
-            let motion = self.motion_of(held)?;
-            let state = self.settled(held)?;
+            let motion = self.motion_in(regime)?;
+            let state = self.settled(regime)?;
             let equations = motion.equations(&self.scene.system);
             let carried = |order: usize| motion.carried_derivative(self.scene, at, order);
             equations.derivatives(self.scene, at, state, lost, (orders.clone(), &carried))
@@ -92,11 +93,11 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         Ok(orders.zip(&derivatives).map(of_order).collect())
     }
 
-    /// A segment in which stops are held: to a contact of another, to a release, or over the whole span.
+    /// A flight in a regime that is not free: to the next event, or over the whole span.
     #[cold]
-    pub(super) fn advance_constrained(
+    pub(super) fn advance_in_regime(
         &mut self,
-        motion: &ConstrainedMotion,
+        motion: &RegimeMotion,
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
@@ -104,7 +105,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let at = self.moment();
-        let flight = HeldFlight {
+        let flight = RegimeFlight {
             motion,
             at,
             modal_state: motion.reduce(&q, &v, at),
@@ -117,10 +118,8 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
         if recorder.wanted().events {
-            let reached = next.and_then(|(event, _)| match event {
-                HeldEvent::Contact(stop) => Some(stop),
-                HeldEvent::Release(_) => None,
-            });
+            let closed = next.filter(|(guard, _)| guard.is_gap());
+            let reached = closed.map(|(guard, _)| guard.element);
             let (from, is_end) = (self.clock, next.is_none());
             let is_kept = |graze: &Grazed| {
                 is_before(graze, from, (reached, time)) || (is_end && graze.time <= time)
@@ -130,7 +129,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             }
         }
         if recorder.wanted().arcs {
-            let mut arc = ConstrainedArc {
+            let mut arc = RegimeArc {
                 motion,
                 at,
                 start: (&q, &v),
@@ -148,15 +147,14 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         self.evaluate_gaps()?;
         Ok(match next {
             None => Arrival::End,
-            Some((HeldEvent::Release(stop), _)) => Arrival::Release { stop },
-            Some((HeldEvent::Contact(stop), _)) => Arrival::Contact { stop },
+            Some((guard, _)) => Arrival::Event { guard },
         })
     }
 }
 
-/// A motion with stops held, from where it begins.
-struct HeldFlight<'a> {
-    motion: &'a ConstrainedMotion,
+/// A motion in a regime, from where it begins.
+struct RegimeFlight<'a> {
+    motion: &'a RegimeMotion,
     at: Moment,
     /// The motion left over, in its modal pairs.
     modal_state: ModalState,
@@ -164,30 +162,27 @@ struct HeldFlight<'a> {
     orders: &'a [usize],
 }
 
-impl HeldFlight<'_> {
+impl RegimeFlight<'_> {
     /// What ends it within a span, and when; what was seen of the gaps, and the touches.
     fn next<H: LinearFlow>(
         &self,
         flow: &H,
         span: f64,
         observer: &mut Observer<'_>,
-    ) -> Result<(Option<(HeldEvent, f64)>, SearchSummary, Vec<Grazed>)> {
+    ) -> Result<(Option<(Guard, f64)>, SearchSummary, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.state_from_modal(&self.modal_state, self.at, &mut state);
-        let (events, rows) = watched(flow, self.motion, (&self.modal_state, &state));
+        let (guards, rows) = watched(flow, self.motion, (&self.modal_state, &state));
         let mut search = ContactSearch::new(flow, rows);
         search.evaluate(&state);
-        let orders: Vec<usize> = events
-            .iter()
-            .enumerate()
-            .map(|(place, event)| match event {
-                HeldEvent::Release(stop) => {
-                    let order = order_of_zero(search.model(place), flow.fastest_rate());
-                    order.max(self.orders[*stop])
-                }
-                HeldEvent::Contact(stop) => self.orders[*stop],
-            })
-            .collect();
+        let order = |(place, guard): (usize, &Guard)| {
+            let known = self.orders[guard.element];
+            if guard.is_gap() {
+                return known;
+            }
+            known.max(order_of_zero(search.model(place), flow.fastest_rate()))
+        };
+        let orders: Vec<usize> = guards.iter().enumerate().map(order).collect();
         let mut grazed = Vec::new();
         let FirstEvent { stop: place, root } =
             search.next(&state, &orders, span, &mut grazed, observer)?;
@@ -200,19 +195,18 @@ impl HeldFlight<'_> {
         };
         // Forces that touch zero hold their stops.
         let touches = grazed.into_iter().filter_map(|graze| {
-            let HeldEvent::Contact(stop) = events[graze.stop] else {
-                return None;
-            };
-            let graze = graze.sharpened(flow, search.gap(graze.stop), &state, span);
-            Some(Grazed { stop, ..graze })
+            let guard = guards[graze.stop];
+            let sharpened = || graze.sharpened(flow, search.gap(graze.stop), &state, span);
+            let stop = guard.element;
+            guard.is_gap().then(|| Grazed {
+                stop,
+                ..sharpened()
+            })
         });
         let touches = touches.collect();
-        let found = found.map(|(place, time)| (events[place], time));
-        let gaps = events.iter().enumerate();
-        let gaps = gaps.filter_map(|(place, event)| match event {
-            HeldEvent::Contact(stop) => Some((*stop, place)),
-            HeldEvent::Release(_) => None,
-        });
+        let found = found.map(|(place, time)| (guards[place], time));
+        let gaps = guards.iter().enumerate().filter(|(_, own)| own.is_gap());
+        let gaps = gaps.map(|(place, own)| (own.element, place));
         let extent = |(stop, place)| (stop, search.extent(place));
         let rounding = |(stop, place)| (stop, search.rounding(place));
         let seen = SearchSummary {
@@ -224,35 +218,27 @@ impl HeldFlight<'_> {
     }
 }
 
-/// What can end a segment in which stops are held.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum HeldEvent {
-    Release(usize),
-    Contact(usize),
-}
-
-/// What is watched while stops are held: the contact forces and the gaps that can change, but for forces that are zero for good.
+/// The guards of a regime, as rows: the contact forces and the gaps that can change, but for forces that are zero for good.
 fn watched<H: LinearFlow>(
     flow: &H,
-    motion: &ConstrainedMotion,
+    motion: &RegimeMotion,
     (modal_state, state): (&ModalState, &[Pair]),
-) -> (Vec<HeldEvent>, Vec<GapRow>) {
-    let gaps = motion.gaps.iter().enumerate().filter_map(|(stop, gap)| {
-        let gap = gap.as_ref()?;
-        Some((HeldEvent::Contact(stop), flow.gap_row(gap)))
-    });
+) -> (Vec<Guard>, Vec<GapRow>) {
     let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
     flow.derivatives(state, &mut derivatives);
     flow.norms(state, &mut norms);
-    let forces = motion.stops.iter().zip(&motion.forces);
-    let forces = forces.filter_map(|(&stop, force)| {
-        let row = flow.gap_row(force).known_to(CANCELLED).with_whole_turning();
-        let lost = motion.lost(force, modal_state);
+    let row = |(guard, quantity): (Guard, &Quantity)| {
+        let row = flow.gap_row(quantity);
+        if guard.is_gap() {
+            return Some((guard, row));
+        }
+        let row = row.known_to(CANCELLED).with_whole_turning();
+        let lost = motion.lost(quantity, modal_state);
         let size = row.model(&derivatives).size;
         let is_flat = row.most(&norms) <= (FLAT_FORCE * size).max(lost);
-        (!is_flat).then_some((HeldEvent::Release(stop), row))
-    });
-    forces.chain(gaps).unzip()
+        (!is_flat).then_some((guard, row))
+    };
+    motion.guards().filter_map(row).unzip()
 }
 
 /// The number of leading derivatives of a contact force that are zero, as far as a cubic tells: beside its terms, or beside what it

@@ -9,6 +9,7 @@ use crate::flow::linear::propagate;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
+use crate::law::{Guard, Regime};
 use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, ModalState, Pair, Response, pairs};
 use crate::model::{LinearSystem, Moment, PhysicalState};
@@ -20,11 +21,10 @@ use std::sync::OnceLock;
 
 const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 
-/// The motion of a linear scene while some stops are held.
+/// The motion of a linear scene in a regime that is not free.
 #[derive(Debug, Clone)]
-pub(crate) struct ConstrainedMotion {
-    /// The stops held.
-    pub stops: Vec<usize>,
+pub(crate) struct RegimeMotion {
+    pub regime: Regime,
     /// `q_c`, at which every held gap is zero, but for what stops that move add to it.
     anchor: DVector<f64>,
     /// The motion that stops held and moving impose; empty where all held are at rest.
@@ -41,12 +41,13 @@ pub(crate) struct ConstrainedMotion {
     /// The contact force of each stop held, in their order.
     pub forces: Vec<Quantity>,
     /// The gap of each stop of the scene; `None` for those held, and for those whose gap cannot change meanwhile.
-    pub gaps: Vec<Option<Quantity>>,
+    gaps: Vec<Option<Quantity>>,
 }
 
-impl ConstrainedMotion {
-    /// The motion while the given stops are held.
-    pub fn new(scene: &ModalScene, stops: &[usize]) -> Result<Self> {
+impl RegimeMotion {
+    /// The motion in a regime.
+    pub fn new(scene: &ModalScene, regime: &Regime) -> Result<Self> {
+        let stops = regime.constrained();
         let (system, g) = (&scene.system, &scene.geometry);
         let n = system.n_dof();
         room_for("the motion while stops are held", 16 * n, n)?;
@@ -137,7 +138,7 @@ impl ConstrainedMotion {
             (can_change && !stops.contains(&i)).then_some(gap)
         };
         Ok(Self {
-            stops: stops.to_vec(),
+            regime: regime.clone(),
             gaps: (0..g.len()).map(gap).collect(),
             along: &free * &reduced.takes,
             shared,
@@ -149,6 +150,16 @@ impl ConstrainedMotion {
             flow,
             forces,
         })
+    }
+
+    /// The guards of the regime as quantities of the motion: the contact forces of what is held, and the gaps that can change.
+    pub fn guards(&self) -> impl Iterator<Item = (Guard, &Quantity)> {
+        let held = self.regime.constrained().iter();
+        let forces = held.zip(&self.forces);
+        let forces = forces.map(|(&element, force)| (Guard::force(element), force));
+        let gaps = self.gaps.iter().enumerate();
+        let gaps = gaps.filter_map(|(element, gap)| Some((Guard::gap(element), gap.as_ref()?)));
+        forces.chain(gaps)
     }
 
     /// The equations of the motion, made when first needed.
@@ -167,11 +178,12 @@ impl ConstrainedMotion {
         if scene.excitation.stops.is_empty() {
             return None;
         }
-        let own = self.stops.iter().map(|&stop| {
+        let stops = self.regime.constrained();
+        let own = stops.iter().map(|&stop| {
             let motion = scene.excitation.motion_of(stop);
             motion.map_or(0.0, |motion| motion.derivative(at, order).0)
         });
-        let own = DVector::from_iterator(self.stops.len(), own);
+        let own = DVector::from_iterator(stops.len(), own);
         (own.amax() > 0.0).then(|| &self.shared * own)
     }
 
@@ -212,6 +224,11 @@ impl ConstrainedMotion {
             let part = &self.free * seen.rows(half * m, m);
             deviations.rows_mut(half * n, n).copy_from(&part);
         }
+    }
+
+    /// Whether the gap of an element cannot change.
+    pub fn fixes_gap(&self, element: usize) -> bool {
+        self.gaps[element].is_none()
     }
 
     /// The rounding of a force for a state in complex modes, which are combinations of all coordinates.

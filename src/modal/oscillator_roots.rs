@@ -3,17 +3,17 @@
 
 use crate::linalg::exponential::{one_minus_sinc, phi1_divided, phi2};
 
-/// The roots of an oscillator in the form that its regime asks for.
-pub(super) enum Regime {
+/// The roots of an oscillator in the form that its damping asks for.
+pub(super) enum OscillatorRoots {
     Under { damped_frequency: f64 },
     Over { l1: f64, l2: f64, half_gap: f64 },
 }
 
 /// The roots of `y'' + 2 eta y' + w2 y`, without cancellation.
-pub(super) fn regime(w2: f64, eta: f64) -> Regime {
+pub(super) fn oscillator_roots(w2: f64, eta: f64) -> OscillatorRoots {
     let w = w2.max(0.0).sqrt();
     if w2 >= 0.0 && w >= eta.abs() {
-        return Regime::Under {
+        return OscillatorRoots::Under {
             damped_frequency: ((w - eta) * (w + eta)).sqrt(),
         };
     }
@@ -30,7 +30,7 @@ pub(super) fn regime(w2: f64, eta: f64) -> Regime {
         let l1 = half_gap - eta;
         (l1, w2 / l1)
     };
-    Regime::Over { l1, l2, half_gap }
+    OscillatorRoots::Over { l1, l2, half_gap }
 }
 
 /// `int_0^t S` of an overdamped or unstable oscillator: its response from rest to a unit load.

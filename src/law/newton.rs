@@ -2,7 +2,6 @@
 //! b of its reaction. Speeds along the normal are `s = n.v - c'`, relative to the stop's own speed c' and positive towards it; an impulse p
 //! changes the velocity by `-b p`, the normal speed by `-(n.b) p`.
 
-use crate::model::{Contact, ContactGeometry, Laws};
 use crate::tolerance::RATIO_TOL;
 
 /// The law `s+ = -e s-` of one stop, e in [0, 1].
@@ -65,29 +64,6 @@ impl Newton {
     /// Whether two successive approach speeds are in the ratio e, as where impacts accumulate.
     pub fn is_repeated(self, before: f64, next: f64) -> bool {
         (next / before / self.restitution - 1.0).abs() < RATIO_TOL
-    }
-}
-
-impl ContactGeometry {
-    /// The law of a stop.
-    #[inline]
-    pub(crate) fn law(&self, stop: usize) -> Newton {
-        Newton::new(self.restitutions[stop])
-    }
-}
-
-impl Contact {
-    /// The law of the stop.
-    pub(crate) const fn law(&self) -> Newton {
-        Newton::new(self.restitution)
-    }
-}
-
-impl Laws {
-    /// The law of a stop at a time, where it drifts.
-    #[inline]
-    pub(crate) fn law(&self, stop: usize, t: f64) -> Option<Newton> {
-        self.restitution(stop, t).map(Newton::new)
     }
 }
 

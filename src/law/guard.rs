@@ -1,0 +1,41 @@
+//! Guards: quantities of a motion that are positive while a regime lasts. Where one falls through zero the regime ends.
+
+/// What a guard is a quantity of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum GuardKind {
+    /// The gap of an element that is free, h.
+    Gap,
+    /// The contact force of an element that is held, L.
+    Force,
+}
+
+/// A guard of one element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Guard {
+    /// The element: the stop, by its place in the scene.
+    pub element: usize,
+    pub kind: GuardKind,
+}
+
+impl Guard {
+    /// The gap of an element.
+    pub const fn gap(element: usize) -> Self {
+        Self {
+            element,
+            kind: GuardKind::Gap,
+        }
+    }
+
+    /// The contact force of an element.
+    pub const fn force(element: usize) -> Self {
+        Self {
+            element,
+            kind: GuardKind::Force,
+        }
+    }
+
+    /// Whether it is a gap: a contact begins where it closes.
+    pub fn is_gap(self) -> bool {
+        self.kind == GuardKind::Gap
+    }
+}

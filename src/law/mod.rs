@@ -1,0 +1,12 @@
+//! Laws of contact (theory 1, 9): the states of a contact element, the guards that end them, and what happens there. What several elements
+//! do at one instant is in `impact`.
+
+mod guard;
+mod newton;
+mod regime;
+mod transition;
+
+pub(crate) use guard::{Guard, GuardKind};
+pub(crate) use newton::Newton;
+pub(crate) use regime::Regime;
+pub(crate) use transition::{Stage, Transition};
