@@ -27,6 +27,12 @@ impl Restitution {
         }
     }
 
+    /// A coefficient that is known to be one.
+    pub(crate) fn known(value: f64) -> Self {
+        debug_assert!((0.0..=1.0).contains(&value));
+        Self(value)
+    }
+
     /// The coefficient [-].
     pub const fn value(self) -> f64 {
         self.0

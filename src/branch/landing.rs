@@ -6,7 +6,7 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{ShootingNode, rebuilt};
 use crate::error::Result;
 use crate::hybrid::held_through;
-use crate::law::{Stage, Transition};
+use crate::law::{ElementState, Stage, Transition};
 use crate::orbit::with_shooting;
 use crate::tolerance::LANDING_RATE_STEP;
 use nalgebra::DMatrix;
@@ -26,7 +26,7 @@ pub(super) fn with_landing_change<'a>(
     let (own, end) = (instants[k].clone(), state.times[k + 1]);
     let was_held = own.stage.regime.holds(stop);
     let without = own.stage.regime.without(stop);
-    let held = without.with(stop);
+    let held = without.with(stop, ElementState::Held);
     // The regime at first beyond the border, and the one after that.
     let (begins, goes_on) = if was_held {
         (without.clone(), held.clone())

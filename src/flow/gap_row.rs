@@ -47,6 +47,17 @@ impl Quantity {
         self
     }
 
+    /// Its opposite.
+    pub fn opposite(&self) -> Self {
+        Self {
+            constant: -self.constant,
+            size: self.size,
+            row: self.row.iter().map(|&[q, v]| [-q, -v]).collect(),
+            forcing: self.forcing.iter().map(|a| -a).collect(),
+            signals: self.signals.iter().map(|factor| -factor).collect(),
+        }
+    }
+
     /// The amplitude of each harmonic of the forcing in it, followed by zeros.
     pub fn harmonics(&self) -> impl Iterator<Item = Complex<f64>> {
         let zeros = std::iter::repeat(Complex::new(0.0, 0.0));

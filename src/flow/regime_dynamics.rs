@@ -1,7 +1,7 @@
 //! The motion of any scene in a regime (theory 9): the contact forces keep their gaps from accelerating.
 
 use crate::error::Result;
-use crate::law::Regime;
+use crate::law::{Action, ElementState, Regime};
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -20,6 +20,27 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         self.forces_under(self.drive(at), q, v, a)
     }
 
+    /// Adds what the force of an element gives to an acceleration.
+    fn push(
+        &self,
+        element: usize,
+        state: ElementState,
+        at: Moment,
+        (q, v): (&[f64], &[f64]),
+        a: &mut [f64],
+    ) -> Result<()> {
+        let contact = &self.contacts[element];
+        if let Action::Force(force) = contact.law.by_state().action(state) {
+            let gap = contact.along(|| at, (q, v, v), 0.0)?;
+            let reaction = contact.reaction(self.system, q)?;
+            let force = force.at(gap.gap, gap.speed);
+            for (a, b) in a.iter_mut().zip(reaction.iter().flat_map(|b| b.iter())) {
+                *a -= b * force;
+            }
+        }
+        Ok(())
+    }
+
     /// The same under what drives the motion.
     fn forces_under(
         &self,
@@ -32,7 +53,13 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         if self.regime.is_free() {
             return Ok(Vec::new());
         }
+        for &(element, state) in self.regime.others() {
+            self.push(element, state, at, (q, v), a)?;
+        }
         let stops = self.regime.constrained();
+        if stops.is_empty() {
+            return Ok(Vec::new());
+        }
         let (k, slow) = (stops.len(), slow_time(q, v, a));
         let mut opening = DVector::zeros(k);
         let (mut normals, mut reactions) = (Vec::with_capacity(k), Vec::with_capacity(k));

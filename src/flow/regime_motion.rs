@@ -9,7 +9,7 @@ use crate::flow::linear::propagate;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
-use crate::law::{Guard, Regime};
+use crate::law::{Action, Guard, GuardKind, LinearForce, Regime};
 use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, ModalState, Pair, Response, pairs};
 use crate::model::{LinearSystem, Moment, PhysicalState};
@@ -40,8 +40,8 @@ pub(crate) struct RegimeMotion {
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
     pub forces: Vec<Quantity>,
-    /// The gap of each stop of the scene; `None` for those held, and for those whose gap cannot change meanwhile.
-    gaps: Vec<Option<Quantity>>,
+    /// The guards that are gaps or approaches, but those that cannot change.
+    gaps: Vec<(Guard, Quantity)>,
 }
 
 impl RegimeMotion {
@@ -56,18 +56,29 @@ impl RegimeMotion {
         let held = |matrix: &DMatrix<f64>, right: &DVector<f64>| {
             rank::solve(&matrix.transpose(), right, DEPENDENT * matrix.amax())
         };
-        let constraint = held(&normals, &clearances)?;
         // Of a direction of length one, what is less than its rounding is nothing: along it a structure would look damped, or stiff.
         let clear = |x: f64| if x.abs() > f64::EPSILON { x } else { 0.0 };
-        let (anchor, free) = (constraint.particular, constraint.null_space.map(clear));
+        let (anchor, free) = if stops.is_empty() {
+            (DVector::zeros(n), DMatrix::identity(n, n))
+        } else {
+            let constraint = held(&normals, &clearances)?;
+            (constraint.particular, constraint.null_space.map(clear))
+        };
 
         let over_mass = |m: DMatrix<f64>| solve_columns(system, &m);
-        let (stiffness, damping) = (
+        let (mut stiffness, mut damping) = (
             over_mass(system.stiffness().to_dense()),
             over_mass(system.damping().to_dense()),
         );
-        let given = scene.excitation.constant(n);
-        let (own, drawn) = (system.solve_mass(&given), &stiffness * &anchor);
+        let mut own = system.solve_mass(&scene.excitation.constant(n));
+        for (element, force) in forces_of(scene, regime)? {
+            let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
+            let across = reaction * normal.transpose();
+            stiffness += &across * force.stiffness;
+            damping += across * force.damping;
+            own += reaction * (force.stiffness * g.clearances[element] - force.preload);
+        }
+        let drawn = &stiffness * &anchor;
         // A spring between coordinates that stand where it is at rest pulls at neither.
         let sizes = own.abs() + stiffness.abs() * anchor.abs();
         let load = without_rounding(&(own - drawn), &sizes);
@@ -135,11 +146,20 @@ impl RegimeMotion {
                 Quantity::gap(clearance, &form.position_row(&seen)),
             );
             let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
-            (can_change && !stops.contains(&i)).then_some(gap)
+            let guards = g.laws[i].by_state().guards(regime.state(i)).iter();
+            let guard = guards.filter_map(|&kind| {
+                let quantity = match kind {
+                    GuardKind::Gap => gap.clone(),
+                    GuardKind::Approach => gap.opposite(),
+                    GuardKind::Force => return None,
+                };
+                can_change.then_some((Guard { element: i, kind }, quantity))
+            });
+            guard.collect::<Vec<_>>()
         };
         Ok(Self {
             regime: regime.clone(),
-            gaps: (0..g.len()).map(gap).collect(),
+            gaps: (0..g.len()).flat_map(gap).collect(),
             along: &free * &reduced.takes,
             shared,
             equations: OnceLock::new(),
@@ -157,9 +177,7 @@ impl RegimeMotion {
         let held = self.regime.constrained().iter();
         let forces = held.zip(&self.forces);
         let forces = forces.map(|(&element, force)| (Guard::force(element), force));
-        let gaps = self.gaps.iter().enumerate();
-        let gaps = gaps.filter_map(|(element, gap)| Some((Guard::gap(element), gap.as_ref()?)));
-        forces.chain(gaps)
+        forces.chain(self.gaps.iter().map(|(guard, gap)| (*guard, gap)))
     }
 
     /// The equations of the motion, made when first needed.
@@ -228,7 +246,7 @@ impl RegimeMotion {
 
     /// Whether the gap of an element cannot change.
     pub fn fixes_gap(&self, element: usize) -> bool {
-        self.gaps[element].is_none()
+        self.gaps.iter().all(|(guard, _)| guard.element != element)
     }
 
     /// The rounding of a force for a state in complex modes, which are combinations of all coordinates.
@@ -272,6 +290,21 @@ impl RegimeMotion {
         }
         (q, v)
     }
+}
+
+/// The forces that elements add in a regime.
+fn forces_of(scene: &ModalScene, regime: &Regime) -> Result<Vec<(usize, LinearForce)>> {
+    let mut all = Vec::new();
+    for &(element, state) in regime.others() {
+        if let Action::Force(force) = scene.geometry.laws[element].by_state().action(state) {
+            if scene.excitation.motion_of(element).is_some() {
+                let rule = "the motion of a stop that gives way drives nothing yet";
+                return Err(Error::bad_value("stops", format!("stop {element}"), rule));
+            }
+            all.push((element, force));
+        }
+    }
+    Ok(all)
 }
 
 /// The harmonic accelerations of the whole system without contact forces, and those that follow signals.
@@ -386,6 +419,13 @@ struct Reduced {
 impl Reduced {
     fn new(system: &LinearSystem, free: &DMatrix<f64>, reactions: &DMatrix<f64>) -> Result<Self> {
         let m = free.ncols();
+        if reactions.ncols() == 0 {
+            let mass = system.mass().to_dense();
+            return Ok(Self {
+                takes: DMatrix::identity(m, m),
+                mass: Some(mass),
+            });
+        }
         if m == 0 {
             return Ok(Self {
                 takes: DMatrix::zeros(0, free.nrows()),

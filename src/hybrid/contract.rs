@@ -13,7 +13,7 @@ use crate::hybrid::{
     Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
     InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
 };
-use crate::law::Regime;
+use crate::law::{Cushion, ElementState, Guard, GuardKind, Regime};
 use crate::model::{
     Change, Forcing, Harmonic, LinearSystem, Load, Scene, SceneMotion, Side, Signal, Stop,
 };
@@ -299,4 +299,101 @@ fn both_systems_have_the_same_maps() {
         }
     }
     assert!(Clock::new(0.0, 1.3).angle() == 0.0);
+}
+
+/// The scene of the contract with a first stop that gives way.
+fn soft_scene() -> Scene {
+    let hard = scene();
+    let soft = Stop::new(0, 0.5, 0.0).expect("valid");
+    let stops = hard.stops().iter().skip(1).cloned();
+    let all = std::iter::once(soft.with_law(Cushion::law(40.0, 1.5)).into()).chain(stops);
+    hard.replace(Change::Stops(all.collect())).expect("valid")
+}
+
+/// A contact with a stop that gives way, from free motion to free motion: the numbers all along.
+fn facts_of_a_contact<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
+    let mut notes = Notes::default();
+    flow.start(&dvector![0.1, -0.3], &dvector![0.9, 0.4], 0.3);
+    let mut all = facts(flow.system());
+    let pressed = Regime::default().with(0, ElementState::Pressed);
+    let changes = [
+        (GuardKind::Gap, &pressed),
+        (GuardKind::Approach, Regime::free()),
+    ];
+    let mut orders = [0, 0, 0];
+    for (kind, regime) in changes {
+        let mut go_on = || ControlFlow::Continue(());
+        let mut observer = Observer::new(&mut go_on);
+        let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
+        let guard = Guard { element: 0, kind };
+        assert_eq!(arrival.expect("regular"), Arrival::Event { guard });
+        let system = flow.system();
+        all.push((system.clock().time(), 1.0));
+        system.enter(regime).expect("regular");
+        all.extend(facts(system));
+        orders[0] = 1;
+    }
+    let kinds: Vec<_> = notes
+        .kinds
+        .iter()
+        .map(|(_, regime)| regime.clone())
+        .collect();
+    assert_eq!(kinds, [Regime::default(), pressed]);
+    all
+}
+
+#[test]
+fn another_law_keeps_the_contract() {
+    let scene = soft_scene();
+    let timed = TimedScene::of(&scene, "the test").expect("linear");
+    let exact = with_flow!(&*timed.flow, f => {
+        facts_of_a_contact(&mut ClosedForm::new(f, &timed, PHASE, CONTRACT_TOLERANCES))
+    });
+    let motion = SceneMotion::new(&scene);
+    let mut stepped = IntegratedFlow::new(
+        &motion,
+        &scene,
+        TIGHT_CONTRACT_TOLERANCES,
+        InSteps::<(), Dop853<[f64; 4]>>::new(()),
+    );
+    let found = facts_of_a_contact(&mut stepped);
+    assert_eq!(found.len(), exact.len());
+    for (k, ((a, rough), (b, _))) in found.iter().zip(&exact).enumerate() {
+        assert!(
+            (a - b).abs() < 1e-7 * rough * (1.0 + b.abs()),
+            "{k}: {a} {b}"
+        );
+    }
+}
+
+#[test]
+fn another_law_has_the_same_maps() {
+    let scene = soft_scene();
+    let modal = crate::flow::ModalScene::new(&scene, "the test").expect("linear");
+    let pressed = Regime::default().with(0, ElementState::Pressed);
+    let beside = pressed.with(2, ElementState::Held);
+    let regimes = [pressed, beside];
+    let motions = crate::hybrid::regime_motions(&modal, regimes.iter()).expect("regular");
+    let closed = ClosedFormMaps::new(&modal, PHASE, motions);
+    let stepped = IntegratedMaps::new(&scene, PHASE);
+    for regime in &regimes {
+        let mut start = dvector![0.6, -0.3, 0.7, 0.4];
+        project_onto(&closed, regime, 0.7, &mut start).expect("regular");
+        let rates = [
+            closed.rate(regime, 0.7, &start).expect("regular"),
+            stepped.rate(regime, 0.7, &start).expect("regular"),
+        ];
+        assert!((&rates[0] - &rates[1]).amax() < 1e-12, "{rates:?}");
+        let along = |maps: &dyn HybridMaps| {
+            let (mut x, mut deviations) = (start.clone(), DMatrix::identity(4, 4));
+            let span = (0.7, 1.9);
+            maps.flow(regime, span, &mut x, &mut deviations)
+                .expect("regular");
+            (x, deviations)
+        };
+        let ((x, a), (y, b)) = (along(&closed), along(&stepped));
+        assert!((x - y).amax() < 1e-9);
+        // Deviations are those of motions that keep their contacts.
+        assert!(!regime.constrained().is_empty() || (a - b).amax() < 1e-8);
+    }
 }

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
-use crate::law::{Newton, Regime};
+use crate::law::{Law, Newton, Regime};
 use crate::model::PhysicalState;
 use crate::quantity::positive_part;
 use nalgebra::{DMatrix, DVector};
@@ -21,6 +21,19 @@ pub(crate) struct GapState {
     pub jerk: Option<f64>,
     /// Size of the terms of the gap.
     pub size: f64,
+}
+
+impl GapState {
+    /// The approach that it is less.
+    pub fn reversed(self) -> Self {
+        Self {
+            gap: -self.gap,
+            speed: -self.speed,
+            acceleration: -self.acceleration,
+            jerk: self.jerk.map(|jerk| -jerk),
+            size: self.size,
+        }
+    }
 }
 
 /// A gap and its speed, each with the size of its terms.
@@ -63,7 +76,7 @@ pub(crate) struct NormalImpact {
 pub(crate) trait Gaps {
     /// Evaluates every gap where the motion is now.
     fn evaluate_gaps(&mut self) -> Result<()>;
-    /// The gap of a stop as it was evaluated last.
+    /// The gap of a stop as it was evaluated last; of one that is pressed its approach.
     fn gap(&self, stop: usize) -> GapState;
     /// A gap and its speed at a position and velocity as they were given, before the rounding of the system's own state.
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap>;
@@ -87,6 +100,8 @@ pub(crate) trait Gaps {
 pub(crate) trait Contacts {
     /// Number of stops.
     fn n_stops(&self) -> usize;
+    /// The law of contact of an element.
+    fn element_law(&self, element: usize) -> &Law;
     /// The law of impact of a stop, now.
     fn law(&self, stop: usize) -> Newton;
     /// The normals of some stops, as columns.

@@ -153,7 +153,7 @@ mod tests {
                 let p = velocity_recovery(&g, stops).expect("independent");
                 for &i in stops {
                     let n = g.normals.column(i);
-                    assert!((p.tr_mul(&n) + n * g.restitutions[i]).amax() < 1e-14);
+                    assert!((p.tr_mul(&n) + n * g.law(i).restitution).amax() < 1e-14);
                 }
             }
         }

@@ -5,6 +5,8 @@
 pub(crate) enum GuardKind {
     /// The gap of an element that is free, h.
     Gap,
+    /// The approach of an element that is pressed, p = -h.
+    Approach,
     /// The contact force of an element that is held, L.
     Force,
 }
@@ -34,8 +36,8 @@ impl Guard {
         }
     }
 
-    /// Whether it is a gap: a contact begins where it closes.
+    /// Whether it is a gap, or an approach: it is a row of positions alone.
     pub fn is_gap(self) -> bool {
-        self.kind == GuardKind::Gap
+        self.kind != GuardKind::Force
     }
 }

@@ -2,6 +2,9 @@
 //! b of its reaction. Speeds along the normal are `s = n.v - c'`, relative to the stop's own speed c' and positive towards it; an impulse p
 //! changes the velocity by `-b p`, the normal speed by `-(n.b) p`.
 
+use crate::law::contact_law::{Action, ContactLaw, Outcome};
+use crate::law::guard::GuardKind;
+use crate::law::regime::ElementState;
 use crate::tolerance::RATIO_TOL;
 
 /// The law `s+ = -e s-` of one stop, e in [0, 1].
@@ -64,6 +67,36 @@ impl Newton {
     /// Whether two successive approach speeds are in the ratio e, as where impacts accumulate.
     pub fn is_repeated(self, before: f64, next: f64) -> bool {
         (next / before / self.restitution - 1.0).abs() < RATIO_TOL
+    }
+}
+
+impl ContactLaw for Newton {
+    fn action(&self, state: ElementState) -> Action {
+        if state.is_constraint() {
+            Action::Constraint
+        } else {
+            Action::Nothing
+        }
+    }
+
+    fn guards(&self, state: ElementState) -> &'static [GuardKind] {
+        if state.is_constraint() {
+            &[GuardKind::Force]
+        } else {
+            &[GuardKind::Gap]
+        }
+    }
+
+    fn outcome(&self, state: ElementState, _guard: GuardKind) -> Outcome {
+        if state.is_constraint() {
+            Outcome::Release
+        } else {
+            Outcome::Impact
+        }
+    }
+
+    fn impacts(&self) -> Option<Newton> {
+        Some(*self)
     }
 }
 

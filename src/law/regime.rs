@@ -7,20 +7,33 @@ pub(crate) enum ElementState {
     Free,
     /// Its gap is kept at zero by a contact force that pushes.
     Held,
+    /// Its gap is negative, and a force pushes against that.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
+    Pressed,
+}
+
+impl ElementState {
+    /// Whether its gap is kept at zero.
+    pub fn is_constraint(self) -> bool {
+        self == Self::Held
+    }
 }
 
 /// The state of each contact element; those that are not listed are free.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Regime {
-    /// The elements whose gaps are kept at zero.
-    constrained: Vec<usize>,
+    /// The elements that are held.
+    held: Vec<usize>,
+    /// Those in another state that is not free.
+    others: Vec<(usize, ElementState)>,
 }
 
 impl Regime {
     /// All elements free.
     pub fn free() -> &'static Self {
         static FREE: Regime = Regime {
-            constrained: Vec::new(),
+            held: Vec::new(),
+            others: Vec::new(),
         };
         &FREE
     }
@@ -28,34 +41,49 @@ impl Regime {
     /// Some elements held, in this order, and all others free.
     pub fn holding(elements: impl Into<Vec<usize>>) -> Self {
         Self {
-            constrained: elements.into(),
+            held: elements.into(),
+            others: Vec::new(),
+        }
+    }
+
+    /// The same with other elements held; one that is held is in no other state.
+    pub fn holding_instead(&self, elements: &[usize]) -> Self {
+        let others = self.others.iter().copied();
+        Self {
+            held: elements.to_vec(),
+            others: others.filter(|own| !elements.contains(&own.0)).collect(),
         }
     }
 
     /// Whether all elements are free.
     #[inline]
     pub fn is_free(&self) -> bool {
-        self.constrained.is_empty()
+        self.held.is_empty() && self.others.is_empty()
     }
 
     /// The elements whose gaps are kept at zero.
     #[inline]
     pub fn constrained(&self) -> &[usize] {
-        &self.constrained
+        &self.held
+    }
+
+    /// The elements in other states.
+    pub fn others(&self) -> &[(usize, ElementState)] {
+        &self.others
     }
 
     /// The state of an element.
     pub fn state(&self, element: usize) -> ElementState {
-        if self.constrained.contains(&element) {
-            ElementState::Held
-        } else {
-            ElementState::Free
+        if self.holds(element) {
+            return ElementState::Held;
         }
+        let own = self.others.iter().find(|own| own.0 == element);
+        own.map_or(ElementState::Free, |own| own.1)
     }
 
     /// Whether the gap of an element is kept at zero.
     pub fn holds(&self, element: usize) -> bool {
-        self.constrained.contains(&element)
+        self.held.contains(&element)
     }
 
     /// Whether an element is free.
@@ -63,24 +91,39 @@ impl Regime {
         self.state(element) == ElementState::Free
     }
 
-    /// The same regime with one element more held; all are in ascending order.
-    pub fn with(&self, element: usize) -> Self {
-        let mut constrained = self.constrained.clone();
-        constrained.push(element);
-        constrained.sort_unstable();
-        Self { constrained }
+    /// The same regime with an element in another state; all are in ascending order.
+    pub fn with(&self, element: usize, state: ElementState) -> Self {
+        let mut other = self.without(element);
+        match state {
+            ElementState::Free => {}
+            ElementState::Held => {
+                other.held.push(element);
+                other.held.sort_unstable();
+            }
+            state @ ElementState::Pressed => {
+                other.others.push((element, state));
+                other.others.sort_unstable_by_key(|own| own.0);
+            }
+        }
+        other
     }
 
     /// The same regime with one element free.
     pub fn without(&self, element: usize) -> Self {
-        let others = self.constrained.iter().copied();
-        Self::holding(others.filter(|own| *own != element).collect::<Vec<_>>())
+        let (held, others) = (self.held.iter().copied(), self.others.iter().copied());
+        Self {
+            held: held.filter(|own| *own != element).collect(),
+            others: others.filter(|own| own.0 != element).collect(),
+        }
     }
 
     /// The regime of the mirror image of a motion, by the image of each element.
     pub fn mirrored(&self, images: &[usize]) -> Self {
-        let mut constrained: Vec<usize> = self.constrained.iter().map(|&own| images[own]).collect();
-        constrained.sort_unstable();
-        Self { constrained }
+        let mut held: Vec<usize> = self.held.iter().map(|&own| images[own]).collect();
+        let others = self.others.iter();
+        let mut others: Vec<_> = others.map(|own| (images[own.0], own.1)).collect();
+        held.sort_unstable();
+        others.sort_unstable_by_key(|own| own.0);
+        Self { held, others }
     }
 }

@@ -1,7 +1,7 @@
 //! The stops of a scene as contacts of a motion: gap, its time derivatives, normal, reaction, at any position (theory 1, 2).
 
 use crate::error::Result;
-use crate::law::Newton;
+use crate::law::{Law, Newton};
 use crate::linalg::rank;
 use crate::model::constraint::Constraint;
 use crate::model::dynamics::solve_mass_at;
@@ -279,13 +279,20 @@ pub(crate) fn slow_time(q: &[f64], v: &[f64], a: &[f64]) -> f64 {
 #[derive(Debug, Clone)]
 pub(crate) struct Contact {
     pub surface: Surface,
-    pub restitution: f64,
+    pub law: Law,
     reaction: Reaction,
     /// The change of the gap by the stop's own motion, if it has one.
     pub motion: Option<GapMotion>,
 }
 
 impl GapValue {
+    /// Makes it the approach that it is less.
+    pub fn reverse(&mut self) {
+        self.gap = -self.gap;
+        self.speed = -self.speed;
+        self.acceleration = -self.acceleration;
+    }
+
     /// Adds what the own motion of its stop adds at a moment.
     #[cold]
     pub fn widen(&mut self, motion: &GapMotion, at: Moment) {
@@ -298,9 +305,9 @@ impl GapValue {
 }
 
 impl Contact {
-    /// The law of the stop.
-    pub const fn law(&self) -> Newton {
-        Newton::new(self.restitution)
+    /// The law of its impacts.
+    pub fn law(&self) -> Newton {
+        self.law.newton()
     }
 
     /// The gap along a motion at a moment, as [`Surface::along`] for a surface that rests.
@@ -454,7 +461,7 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
                     normal,
                     clearance: stop.clearance(),
                 },
-                restitution: stop.restitution().value(),
+                law: stop.law().clone(),
                 motion: None,
             }
         }
@@ -471,13 +478,13 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
                     WallSide::Left => -1.0,
                 },
             },
-            restitution: wall.restitution().value(),
+            law: wall.law().clone(),
             reaction: Reaction::Inertia,
             motion: None,
         },
         Constraint::Nonlinear(stop) => Contact {
             surface: Surface::Nonlinear(stop.clone()),
-            restitution: stop.restitution().value(),
+            law: stop.law().clone(),
             reaction: stop.reaction().clone(),
             motion: None,
         },

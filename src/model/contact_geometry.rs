@@ -1,6 +1,6 @@
 //! The stops of a linear scene as matrices: n coordinates, k stops.
 
-use crate::law::Newton;
+use crate::law::{Law, Newton};
 use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
@@ -17,8 +17,8 @@ pub(crate) struct ContactGeometry {
     pub reactions: DMatrix<f64>,
     /// Gaps at q = 0, shape `(k,)`, [m].
     pub clearances: DVector<f64>,
-    /// Restitution coefficients, shape `(k,)`, [-].
-    pub restitutions: DVector<f64>,
+    /// The law of each stop, of `k`.
+    pub laws: Vec<Law>,
 }
 
 /// For each stop the first one at its place: a plane whose normal and clearance are those of the other but for a factor. Those are
@@ -64,14 +64,14 @@ impl ContactGeometry {
             normals,
             reactions,
             clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
-            restitutions: DVector::from_iterator(k, stops.iter().map(|s| s.restitution().value())),
+            laws: stops.iter().map(|stop| stop.law().clone()).collect(),
         }
     }
 
-    /// The law of a stop.
+    /// The law of the impacts of a stop.
     #[inline]
     pub fn law(&self, stop: usize) -> Newton {
-        Newton::new(self.restitutions[stop])
+        self.laws[stop].newton()
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other.

@@ -1,6 +1,7 @@
 //! Stops with any gap `h(q) >= 0`, given by the gap and its gradient: any type that implements one trait.
 
 use crate::error::{Error, Result};
+use crate::law::Law;
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
@@ -59,7 +60,7 @@ pub trait GapFunction: Any + Send + Sync {
 #[derive(Clone)]
 pub struct NonlinearStop {
     function: Arc<dyn GapFunction>,
-    restitution: Restitution,
+    law: Law,
     curvature: Option<f64>,
     reaction: Reaction,
     motion: Option<StopMotion>,
@@ -68,7 +69,7 @@ pub struct NonlinearStop {
 impl fmt::Debug for NonlinearStop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("NonlinearStop")
-            .field("restitution", &self.restitution)
+            .field("restitution", &self.restitution())
             .field("curvature", &self.curvature)
             .field("reaction", &self.reaction)
             .field("motion", &self.motion)
@@ -82,7 +83,7 @@ impl PartialEq for NonlinearStop {
         let is_same =
             Arc::ptr_eq(&self.function, &other.function) || self.function.equals(&*other.function);
         is_same
-            && self.restitution == other.restitution
+            && self.law == other.law
             && self.curvature == other.curvature
             && self.reaction == other.reaction
             && self.motion == other.motion
@@ -97,7 +98,7 @@ impl NonlinearStop {
     pub fn new(function: impl GapFunction, restitution: f64) -> Result<Self> {
         Ok(Self {
             function: Arc::new(function),
-            restitution: Restitution::new(restitution)?,
+            law: Law::newton_of(restitution)?,
             curvature: None,
             reaction: Reaction::Inertia,
             motion: None,
@@ -151,7 +152,12 @@ impl NonlinearStop {
 
     /// The restitution coefficient.
     pub fn restitution(&self) -> Restitution {
-        self.restitution
+        self.law.restitution()
+    }
+
+    /// The law of contact.
+    pub(crate) fn law(&self) -> &Law {
+        &self.law
     }
 
     /// The bound on the gap's second derivative, if there is one.
@@ -195,14 +201,14 @@ impl NonlinearStop {
         Stop::new(
             -self.gradient(&zero)?,
             self.gap(&zero)?,
-            self.restitution.value(),
+            self.restitution().value(),
         )?
         .with_reaction(self.reaction.clone())
         .map(|stop| stop.with_motion(self.motion.clone()))
     }
 
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.restitution = Restitution::new(restitution)?;
+        self.law = Law::newton_of(restitution)?;
         Ok(())
     }
 }

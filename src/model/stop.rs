@@ -2,6 +2,7 @@
 //! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
+use crate::law::Law;
 use crate::model::normal::Normal;
 use crate::model::reaction::Reaction;
 use crate::model::stop_motion::StopMotion;
@@ -23,7 +24,7 @@ pub enum Side {
 pub struct Stop {
     normal: Normal,
     clearance: f64,
-    restitution: Restitution,
+    law: Law,
     side: Side,
     reaction: Reaction,
     motion: Option<StopMotion>,
@@ -49,7 +50,7 @@ impl Stop {
         Ok(Self {
             normal,
             clearance: finite("clearance", clearance)?,
-            restitution: Restitution::new(restitution)?,
+            law: Law::newton_of(restitution)?,
             side: Side::Upper,
             reaction: Reaction::Inertia,
             motion: None,
@@ -99,7 +100,12 @@ impl Stop {
 
     /// The restitution coefficient.
     pub fn restitution(&self) -> Restitution {
-        self.restitution
+        self.law.restitution()
+    }
+
+    /// The law of contact.
+    pub(crate) fn law(&self) -> &Law {
+        &self.law
     }
 
     /// The side.
@@ -131,13 +137,20 @@ impl Stop {
         }
     }
 
+    /// The same stop with another law of contact.
+    #[cfg(test)]
+    pub(crate) fn with_law(mut self, law: Law) -> Self {
+        self.law = law;
+        self
+    }
+
     pub(crate) fn set_clearance(&mut self, clearance: f64) -> Result<()> {
         self.clearance = finite("clearance", clearance)?;
         Ok(())
     }
 
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.restitution = Restitution::new(restitution)?;
+        self.law = Law::newton_of(restitution)?;
         Ok(())
     }
 }
@@ -158,7 +171,7 @@ pub enum WallSide {
 pub struct Wall {
     bob: usize,
     position: f64,
-    restitution: Restitution,
+    law: Law,
     side: WallSide,
     motion: Option<StopMotion>,
 }
@@ -172,7 +185,7 @@ impl Wall {
         Ok(Self {
             bob,
             position: finite("position", position)?,
-            restitution: Restitution::new(restitution)?,
+            law: Law::newton_of(restitution)?,
             side,
             motion: None,
         })
@@ -202,7 +215,12 @@ impl Wall {
 
     /// The restitution coefficient.
     pub fn restitution(&self) -> Restitution {
-        self.restitution
+        self.law.restitution()
+    }
+
+    /// The law of contact.
+    pub(crate) fn law(&self) -> &Law {
+        &self.law
     }
 
     /// The side.
@@ -233,12 +251,12 @@ impl Wall {
             WallSide::Right => self.motion.clone(),
             WallSide::Left => self.motion.as_ref().map(StopMotion::opposite),
         };
-        let stop = Stop::new(normal, clearance, self.restitution.value())?;
+        let stop = Stop::new(normal, clearance, self.restitution().value())?;
         Ok(stop.on_side(side).with_motion(motion))
     }
 
     pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.restitution = Restitution::new(restitution)?;
+        self.law = Law::newton_of(restitution)?;
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ mod resting;
 mod strike;
 
 use crate::event::next::LATE;
-use crate::law::{Guard, GuardKind};
+use crate::law::{ElementState, Guard, Outcome, Regime};
 
 use crate::error::{Error, Result, digits};
 use crate::hybrid::clock::Clock;
@@ -64,6 +64,8 @@ pub(crate) struct EventLoop {
     /// The stops held, and those that were before the contacts of this instant.
     held: Vec<usize>,
     were_held: Vec<usize>,
+    /// The regime of the elements that are not rigid.
+    regime: Regime,
     /// Stops in contact whose normal speed counts as exactly zero now.
     zero_speed: Vec<usize>,
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
@@ -141,6 +143,7 @@ impl EventLoop {
         self.reaches.resize(n_stops, 0.0);
         self.held.clear();
         self.were_held.clear();
+        self.regime = Regime::default();
         self.zero_speed.clear();
         self.prior_sizes.clear();
         self.prior_sizes.resize(n_stops, 0.0);
@@ -252,13 +255,36 @@ impl EventLoop {
         record: &mut Record,
     ) -> Resolved {
         let stop = guard.element;
-        match guard.kind {
-            GuardKind::Gap => self.collide(system, stop, t_end, record),
-            GuardKind::Force => match self.struck_beside(system) {
+        let state = if self.held.contains(&stop) {
+            ElementState::Held
+        } else {
+            self.regime.state(stop)
+        };
+        let law = system.element_law(stop).by_state();
+        match law.outcome(state, guard.kind) {
+            Outcome::Impact => self.collide(system, stop, t_end, record),
+            Outcome::Release => match self.struck_beside(system) {
                 Some(struck) => self.collide(system, struck, t_end, record),
                 None => self.release(system, stop),
             },
+            Outcome::Enters(state) => {
+                self.regime = self.regime.with(stop, state);
+                self.enter(system)?;
+                self.root_orders.fill(0);
+                self.root_orders[stop] = 1;
+                Ok(Ok(()))
+            }
         }
+    }
+
+    /// The regime of all elements.
+    fn regime_now(&self) -> Regime {
+        self.regime.holding_instead(&self.held)
+    }
+
+    /// Enters the regime of all elements.
+    fn enter<Y: HybridSystem + ?Sized>(&self, system: &mut Y) -> Result<()> {
+        system.enter(&self.regime_now())
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {
@@ -292,6 +318,9 @@ impl EventLoop {
         system.evaluate_gaps()?;
         self.touching.clear();
         for stop in 0..system.n_stops() {
+            if !system.element_law(stop).is_rigid() {
+                continue;
+            }
             let GapState { gap, size, .. } = system.gap(stop);
             let margin = system.margin(stop, size);
             let given = system.given_gap(stop, q0, v0)?;
@@ -401,6 +430,9 @@ impl EventLoop {
             let GapSizes { terms, reach } = system.flight_sizes(stop);
             self.sizes[stop] = larger(self.sizes[stop], terms);
             self.reaches[stop] = larger(self.reaches[stop], reach);
+            if !system.element_law(stop).is_rigid() {
+                continue;
+            }
             let is_held = self.held.contains(&stop);
             // What those held keep closed has no speed, whatever rounding makes of it.
             let faces = self.faces_held(system, stop);

@@ -1,5 +1,7 @@
 //! From a scene to a trajectory: flights, contacts, impacts (theory 8, 9).
 
+#[cfg(test)]
+mod another_law;
 mod batch;
 mod by_method;
 mod chapters;

@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::flow::{FlowCache, ModalScene};
+use crate::law::{Law, Newton};
 use crate::modal::{Block, Form, Pair};
 use crate::model::{Change, Parameter, Scene};
 use nalgebra::Complex;
@@ -66,10 +67,11 @@ impl<'a> ParametricScene<'a> {
                     Arc::make_mut(&mut self.moved.geometry).clearances[i] = value;
                 }
                 Parameter::Restitution => Arc::make_mut(&mut self.moved.geometry)
-                    .restitutions
-                    .fill(value),
+                    .laws
+                    .fill(Law::Newton(Newton::new(value))),
                 Parameter::RestitutionOf(i) => {
-                    Arc::make_mut(&mut self.moved.geometry).restitutions[i] = value;
+                    Arc::make_mut(&mut self.moved.geometry).laws[i] =
+                        Law::Newton(Newton::new(value));
                 }
                 // The phase of the forcing is an outcome; the damping was dealt with.
                 Parameter::Phase | Parameter::DampingScale => {}
@@ -171,7 +173,7 @@ mod tests {
         }
         assert!((a.frequency - b.frequency).abs() < f64::EPSILON);
         assert_eq!(a.geometry.clearances, b.geometry.clearances);
-        assert_eq!(a.geometry.restitutions, b.geometry.restitutions);
+        assert_eq!(a.geometry.laws, b.geometry.laws);
         assert!((a.position_rows[0][0][0] - b.position_rows[0][0][0]).abs() < 1e-14);
     }
 

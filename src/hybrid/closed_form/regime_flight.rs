@@ -26,6 +26,9 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     pub(super) fn settled(&self, regime: &Regime) -> Result<PhysicalState> {
         let (mut q, mut v) = self.physical();
         let stops = regime.constrained();
+        if stops.is_empty() {
+            return Ok((q, v));
+        }
         project(&mut q, &mut v, |q| Ok(self.stops_at(stops, q)))?;
         Ok((q, v))
     }
@@ -136,7 +139,8 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 modal_state: self.modal_state(&self.state),
             };
             let ends = (time, next.is_none().then_some(last));
-            self.record_along(SegmentKind::Stick, ends, &mut arc, recorder);
+            let kind = SegmentKind::of(&motion.regime);
+            self.record_along(kind, ends, &mut arc, recorder);
         }
         let (q, v) = motion.propagate(at, time, &q, &v);
         self.put((&q, &v), time);

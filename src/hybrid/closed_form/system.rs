@@ -16,7 +16,7 @@ use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
 use crate::impact::{put_onto_stops, wrapped};
-use crate::law::{Guard, Newton, Regime};
+use crate::law::{Guard, Law, Newton, Regime};
 use crate::modal::ModalState;
 use crate::modal::Pair;
 use crate::model::{Moment, PhysicalState};
@@ -161,6 +161,15 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.flow.set_moment(&mut self.state, at);
     }
 
+    /// Whether an element is neither free nor held.
+    fn is_pressed(&self, element: usize) -> bool {
+        let others = |motion: &Arc<RegimeMotion>| {
+            let mut others = motion.regime.others().iter();
+            others.any(|other| other.0 == element)
+        };
+        self.regime_motion.as_ref().is_some_and(others)
+    }
+
     /// Forgets what was asked of a state that has changed.
     #[inline]
     fn changed(&mut self) {
@@ -215,6 +224,11 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
                 acceleration: 2.0 * model.c[2],
                 jerk: Some(6.0 * model.c[3]),
                 size: model.size,
+            };
+            let gap = if self.is_pressed(stop) {
+                gap.reversed()
+            } else {
+                gap
             };
             known.set(Some(gap));
             gap
@@ -276,6 +290,10 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
 impl<F: LinearFlow> Contacts for ClosedForm<'_, F> {
     fn n_stops(&self) -> usize {
         self.scene.n_stops()
+    }
+
+    fn element_law(&self, element: usize) -> &Law {
+        &self.scene.geometry.laws[element]
     }
 
     #[inline]

@@ -203,7 +203,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         dense.state(0.5 * h, x.slice_mut());
         self.n_gap_evaluations += 1;
         let half_way = self.moment().after(0.5 * h);
-        let there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
+        let mut there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
+        if !self.regime.leaves_free(stop) {
+            there = -there;
+        }
         Ok((there - quintic.value(0.5)).abs())
     }
 

@@ -213,6 +213,9 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase));
             }
         }
+        for &(element, _) in self.regime.others() {
+            self.gaps[element].reverse();
+        }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
     }

@@ -135,6 +135,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase).after(length));
             }
         }
+        for &(element, _) in self.regime.others() {
+            self.ahead[element].reverse();
+        }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
     }
@@ -415,7 +418,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
-            let FirstEvent { stop, root } = if IS_HELD {
+            let FirstEvent { stop, root } = if IS_HELD && !self.regime.constrained().is_empty() {
                 self.release_along(h)?
             } else {
                 FirstEvent::NONE

@@ -14,7 +14,7 @@ use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
 use crate::impact::wrapped;
-use crate::law::{Newton, Regime};
+use crate::law::{Law, Newton, Regime};
 use crate::model::{
     Contact, Dynamics, GapValue, Laws, Surface, System, acceleration_size, are_coupled,
     force_terms, places,
@@ -83,6 +83,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
 impl<S: State, D: Dynamics, P: Stepper<S>> Contacts for Integrated<'_, S, D, P> {
     fn n_stops(&self) -> usize {
         self.contacts.len()
+    }
+
+    fn element_law(&self, element: usize) -> &Law {
+        &self.contacts[element].law
     }
 
     fn law(&self, stop: usize) -> Newton {
@@ -227,9 +231,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
         let stops = regime.constrained();
         self.peak_forces.clear();
         self.peak_forces.resize(stops.len(), 0.0);
-        if !stops.is_empty() {
-            self.settle()?;
-        }
+        self.settle()?;
         if is_new {
             let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
             let is_moving = stops.iter().any(|&i| self.contacts[i].motion.is_some());

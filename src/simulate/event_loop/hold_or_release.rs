@@ -41,7 +41,7 @@ impl EventLoop {
         if let Err(unresolved) = self.hold_or_open(system, &resting, false)? {
             return Ok(Err(unresolved));
         }
-        system.enter(&Regime::holding(self.held.as_slice()))?;
+        self.enter(system)?;
         self.stop_what_rests(system, &resting)?;
         Ok(Ok(()))
     }
@@ -78,7 +78,8 @@ impl EventLoop {
         }
         let mut resting = Vec::new();
         for other in 0..system.n_stops() {
-            let rests = self.is_closed(system, other) && self.is_still(system, other);
+            let is_rigid = system.element_law(other).is_rigid();
+            let rests = is_rigid && self.is_closed(system, other) && self.is_still(system, other);
             if rests || self.held.contains(&other) || self.faces_held(system, other) {
                 resting.push(other);
             }
@@ -93,7 +94,7 @@ impl EventLoop {
                 return Ok(Err(unresolved));
             }
         }
-        system.enter(&Regime::holding(self.held.as_slice()))?;
+        self.enter(system)?;
         Ok(Ok(()))
     }
 
