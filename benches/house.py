@@ -4,9 +4,10 @@ Run by hand, ``python benches/house.py [SRC]``. Code is what stands before the f
 lines and comments. Circles of imports, and those that point upwards, are what ``tests/house/layers.rs`` looks for.
 
 Files that name a state of a contact element
-    Files outside ``law/`` and ``hybrid/`` whose code has the word ``held`` (alone, or as a part of a name in snake case),
-    ``HeldEvent`` or ``ContactMode``, or a variant of ``Event``, ``SegmentKind`` or ``Arrival``: a state of a contact, a kind of
-    guard, of transition or of what follows it. A new law of contact has to be looked for in each. Each stands with its words.
+    Files outside ``law/`` and ``hybrid/`` whose code has the word ``held`` (alone, or as a part of a name in snake case) or
+    ``ContactMode``, a variant of ``ElementState``, ``GuardKind``, ``Transition``, ``SegmentKind`` or ``Arrival``, or a question that
+    is about one of them (``holds``, ``constrained``, ``is_release`` ...): a state of a contact, a kind of guard, of transition or of
+    what follows it. A new law of contact has to be looked for in each. Each stands with its words.
 Loops that bracket or halve outside the root finder
     Functions, in other files than those of the root finder (``ROOT_FINDERS``), that have a ``for``, ``while`` or ``loop``, and
     from there on one of: the middle of two numbers, ``0.5 * (a + b)`` or ``midpoint``; a length that is halved, ``x *= 0.5``; the
@@ -34,7 +35,10 @@ METHOD = re.compile(r"^    (?:const |unsafe )*fn ", re.MULTILINE)
 FUNCTION = re.compile(r"\bfn (\w+)(?:<[^()]*>)?\(")
 MACRO = re.compile(r"macro_rules! (with_\w+)")
 INDENTED_FUNCTION = re.compile(r"^( *)(?:pub(?:\([a-z ]+\))? )?(?:const |unsafe )*fn (\w+).*?^\1\}", re.MULTILINE | re.DOTALL)
-CONTACT_STATE = re.compile(r"(?<![a-zA-Z])held(?![a-z])|\bHeldEvent\b|\bContactMode\b|\b(?:Event|SegmentKind|Arrival)::")
+CONTACT_STATE = re.compile(
+    r"(?<![a-zA-Z])held(?![a-z])|\bContactMode\b|\b(?:SegmentKind|Arrival|ElementState|GuardKind|Transition)::|\bGuard::(?:gap|force)\b"
+    r"|\.(?:holds|holding|holding_instead|leaves_free|constrained|is_strike|is_release|is_chatter|is_stick|struck|is_rigid)\("
+)
 LAWS = ("law", "hybrid")
 LOOP = re.compile(r"\b(?:for|while|loop)\b[^;]*\{")
 MIDDLE = r"0\.5 \* \([\w.\[\]]+ \+ [\w.\[\]]+\)|\bmidpoint\b|\*= 0\.5"

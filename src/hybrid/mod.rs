@@ -14,6 +14,7 @@ mod integrated;
 mod landing;
 mod maps;
 pub(crate) mod recorder;
+mod resolver;
 mod scaled_units;
 mod segment;
 pub(crate) mod system;
@@ -30,7 +31,8 @@ pub(crate) use integrated::{
 };
 pub(crate) use landing::{Landing, land};
 pub(crate) use maps::{GapAt, HybridMaps, project_onto};
+pub(crate) use resolver::{Resolver, Unresolved, is_one_instant};
 pub(crate) use scaled_units::{ScaledUnits, largest_of};
 pub use segment::{Graze, SegmentKind};
-pub(crate) use system::{GapSizes, GapState, HybridSystem, NormalImpact, Present};
+pub(crate) use system::{HybridSystem, Present};
 pub(crate) use timed::Timed;

@@ -3,6 +3,7 @@
 use crate::flow::steps::{Dense, DenseOutput, State};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::segment::{Graze, SegmentKind};
+use crate::impact::Impact;
 use crate::law::Regime;
 use crate::modal::Pair;
 use crate::model::PhysicalState;
@@ -88,4 +89,8 @@ pub(crate) trait Recorder {
     }
     /// A touch.
     fn graze(&mut self, graze: Graze);
+    /// An impact.
+    fn impact(&mut self, _impact: Impact) {}
+    /// The segment that begins next is a part of the last one, where it is of the same kind and regime.
+    fn continue_segment(&mut self) {}
 }

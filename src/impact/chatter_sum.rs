@@ -1,5 +1,5 @@
 //! Impacts on one stop that accumulate, taken at once in the limit of low flights (theory 9). Formulas only: a run decides in
-//! `simulate/event_loop.rs` when it completes them, an orbit in `hybrid/chatter_map.rs`.
+//! `hybrid/resolver.rs` when it completes them, an orbit in `hybrid/chatter_map.rs`.
 //!
 //! With the speed `h' < 0` before an impact and the acceleration `h'' = a < 0` of the free motion, both constant but for what the
 //! flights are short in, each impact leaves `-e h'` and the next comes after `2 e h'/a`: geometric series with the ratio e.

@@ -1,6 +1,6 @@
 //! The laws of one instant, as mathematics (theory 1, 9): recovery matrices and their audit, impacts of several stops, contact
-//! forces, the sum of impacts that accumulate, projection onto stops, saltation. The law of one stop is in `newton.rs` alone, its impact
-//! on a moving scene `NormalImpacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `simulate/event_loop.rs`.
+//! forces, the sum of impacts that accumulate, projection onto stops, saltation. The law of one stop is `law/newton.rs`, its impact
+//! on a moving scene `NormalImpacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `hybrid/resolver.rs`.
 
 mod audit;
 mod chatter_sum;

@@ -1,11 +1,8 @@
 //! A law of contact, by the states of its element: what the element adds to the equations of motion in each, the guards that end it, and what
 //! follows where one of them falls through zero. `hybrid` and `flow` know elements by this alone.
 
-use crate::error::Result;
 use crate::law::guard::GuardKind;
-use crate::law::newton::Newton;
 use crate::law::regime::ElementState;
-use crate::quantity::Restitution;
 
 /// What an element adds to the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,65 +53,8 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn guards(&self, state: ElementState) -> &'static [GuardKind];
     /// What follows where a guard of a state falls through zero.
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome;
-    /// The law of its impacts, of a rigid stop.
-    fn impacts(&self) -> Option<Newton> {
+    /// The restitution of its impacts, if it is rigid: its gap is never negative.
+    fn restitution(&self) -> Option<f64> {
         None
-    }
-}
-
-/// The law of one element.
-#[derive(Debug, Clone)]
-pub(crate) enum Law {
-    Newton(Newton),
-    #[cfg(test)]
-    OfTest(std::sync::Arc<dyn ContactLaw>),
-}
-
-impl PartialEq for Law {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Newton(own), Self::Newton(other)) => own == other,
-            #[cfg(test)]
-            (Self::OfTest(own), Self::OfTest(other)) => std::sync::Arc::ptr_eq(own, other),
-            #[cfg(test)]
-            _ => false,
-        }
-    }
-}
-
-impl Law {
-    /// Newton's law of a restitution in [0, 1].
-    pub fn newton_of(restitution: f64) -> Result<Self> {
-        let restitution = Restitution::new(restitution)?;
-        Ok(Self::Newton(Newton::new(restitution.value())))
-    }
-
-    /// The restitution of its impacts, zero of one without any.
-    pub fn restitution(&self) -> Restitution {
-        Restitution::known(self.newton().restitution)
-    }
-
-    /// The law by its states.
-    pub fn by_state(&self) -> &dyn ContactLaw {
-        match self {
-            Self::Newton(newton) => newton,
-            #[cfg(test)]
-            Self::OfTest(law) => &**law,
-        }
-    }
-
-    /// The law of its impacts; one without any takes all speed.
-    #[inline]
-    pub fn newton(&self) -> Newton {
-        match self {
-            Self::Newton(newton) => *newton,
-            #[cfg(test)]
-            Self::OfTest(law) => law.impacts().unwrap_or(Newton::new(0.0)),
-        }
-    }
-
-    /// Whether the element is rigid: its gap is never negative.
-    pub fn is_rigid(&self) -> bool {
-        self.by_state().impacts().is_some()
     }
 }

@@ -1,7 +1,8 @@
 #![cfg(test)]
 //! A law of contact that is none of the library's, from which those who write one may begin, and which tests use.
 
-use crate::law::contact_law::{Action, ContactLaw, Law, LinearForce, Outcome};
+use crate::law::contact_law::{Action, ContactLaw, LinearForce, Outcome};
+use crate::law::element_law::Law;
 use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
 use std::sync::Arc;

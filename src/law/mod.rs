@@ -2,6 +2,7 @@
 //! do at one instant is in `impact`.
 
 mod contact_law;
+mod element_law;
 #[cfg(test)]
 mod example;
 mod guard;
@@ -9,7 +10,8 @@ mod newton;
 mod regime;
 mod transition;
 
-pub(crate) use contact_law::{Action, Law, LinearForce, Outcome};
+pub(crate) use contact_law::{Action, LinearForce, Outcome};
+pub(crate) use element_law::Law;
 #[cfg(test)]
 pub(crate) use example::Cushion;
 pub(crate) use guard::{Guard, GuardKind};

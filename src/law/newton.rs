@@ -95,8 +95,8 @@ impl ContactLaw for Newton {
         }
     }
 
-    fn impacts(&self) -> Option<Newton> {
-        Some(*self)
+    fn restitution(&self) -> Option<f64> {
+        Some(self.restitution)
     }
 }
 

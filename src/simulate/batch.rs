@@ -160,7 +160,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
                 ControlFlow::Continue((span, last)) => {
                     let record = &mut self.record;
                     let arrival =
-                        flow.advance_to_event(&events.root_orders, span, last, record, observer)?;
+                        flow.advance_to_event(events.root_orders(), span, last, record, observer)?;
                     return events.arrive(flow.system(), arrival, t_end, record);
                 }
             }
@@ -177,7 +177,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         };
         let Run { flow, events, .. } = &mut self.run;
         let IntegratedFlow { free, system } = flow;
-        let orders = flight.is_new.then_some(events.root_orders.as_slice());
+        let orders = flight.is_new.then_some(events.root_orders());
         let (goal, record) = (flight.goal, &mut self.record);
         flight.step = free
             .search

@@ -68,7 +68,7 @@ impl<M: AnyLoop> Run<'_, M> {
                 ended
             } else {
                 let some = SimulateOptions {
-                    max_impacts: Some(events.stats.n_impacts + IMPACTS_PER_PIECE),
+                    max_impacts: Some(events.stats().n_impacts + IMPACTS_PER_PIECE),
                     ..(*options).clone()
                 };
                 events.go_on(flow, to, &some, &mut record, observer)?

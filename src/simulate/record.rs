@@ -52,11 +52,6 @@ impl Record {
         }
     }
 
-    /// Takes the segment that follows for a part of the last one, where it is of the same kind with the same stops.
-    pub fn go_on(&mut self) {
-        self.goes_on = true;
-    }
-
     /// Takes the samples that fall into a piece of the motion: those before its end, and those at its end if the run ends
     /// there. A piece of no length has no time before its end, whatever rounding makes of a time counted in periods.
     fn sample(&mut self, &ArcSpan { start, span, last }: &ArcSpan, motion: &mut dyn ArcMotion) {
@@ -141,6 +136,14 @@ impl Recorder for Record {
                 kept.begin(kind, regime);
             }
         }
+    }
+
+    fn impact(&mut self, impact: Impact) {
+        self.impacts.push(impact);
+    }
+
+    fn continue_segment(&mut self) {
+        self.goes_on = true;
     }
 
     fn wants_arc(&self, ArcSpan { start, span, last }: &ArcSpan) -> bool {

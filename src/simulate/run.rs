@@ -119,7 +119,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         Ok(Done {
             ending,
             last: flow.system().physical(),
-            stats: events.stats.with(flow.counts()),
+            stats: events.stats().with(flow.counts()),
             record,
             regimes: flow.regime_motions(),
         })

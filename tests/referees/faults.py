@@ -36,7 +36,7 @@ FAULTS = [
     Fault(
         "release",
         "a stop whose gap is drawn open stays held",
-        "src/simulate/event_loop/hold_or_release.rs",
+        "src/hybrid/resolver/hold_or_release.rs",
         "                Release::Leaves => self.root_orders[stop] = 2,\n",
         '                Release::Leaves if crate::has_fault("release") => shares.push((i, force.force)),\n'
         "                Release::Leaves => self.root_orders[stop] = 2,\n",
@@ -78,10 +78,10 @@ FAULTS = [
     Fault(
         "stale force",
         "stops that stay when one is let go keep the motion, and the forces, of those held before",
-        "src/simulate/event_loop/hold_or_release.rs",
-        "        system.set_active_contacts(&self.held)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        "src/hybrid/resolver/hold_or_release.rs",
+        "        self.enter(system)?;\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
         '        if self.held.is_empty() || !crate::has_fault("stale force") {\n'
-        "            system.set_active_contacts(&self.held)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
+        "            self.enter(system)?;\n        }\n        Ok(Ok(()))\n    }\n\n    /// Whether a gap",
     ),
     Fault(
         "saltation",

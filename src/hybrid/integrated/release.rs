@@ -1,5 +1,5 @@
 //! Where a contact force falls through zero along a step with stops held, and the step to that release. What happens then:
-//! `simulate/event_loop/hold_or_release.rs`.
+//! `resolver/hold_or_release.rs`.
 
 use super::scene::{Integrated, MOST_RETAKEN_STEPS};
 use crate::event::first_root::{FirstEvent, FirstRoot};

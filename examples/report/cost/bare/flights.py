@@ -7,8 +7,9 @@ from report.cost.bare.change import NEVER, Change
 SCENE, BLOCK = "src/flow/scene_flow.rs", "src/flow/block.rs"
 REGISTERS = "src/flow/registers.rs"
 MODAL_BLOCK, PROPAGATION = "src/modal/block.rs", "src/modal/propagation.rs"
-LOOP, SETTLE, STRIKE = (f"src/simulate/event_loop{part}.rs" for part in ("", "/hold_or_release", "/strike"))
-EXACT, KEEP, NEXT = "src/hybrid/closed_form/system.rs", "src/hybrid/closed_form/arcs.rs", "src/contact/next.rs"
+LOOP = "src/simulate/event_loop.rs"
+RESOLVER, SETTLE, STRIKE = (f"src/hybrid/resolver{part}.rs" for part in ("", "/hold_or_release", "/strike"))
+EXACT, KEEP, NEXT = "src/hybrid/closed_form/system.rs", "src/hybrid/closed_form/arcs.rs", "src/event/next.rs"
 
 # One type of flow, without inputs.
 INPUTS = (
@@ -49,12 +50,12 @@ DAMPING = (
     ),
     Change(
         MODAL_BLOCK,
-        "                Regime::Under { damped_frequency } => Propagation::Under {",
-        "                Regime::Under { damped_frequency } if eta == 0.0 => Propagation::Under {",
+        "                OscillatorRoots::Under { damped_frequency } => Propagation::Under {",
+        "                OscillatorRoots::Under { damped_frequency } if eta == 0.0 => Propagation::Under {",
     ),
     Change(
         MODAL_BLOCK,
-        "                Regime::Over { l1, l2, half_gap } => Propagation::Over {",
+        "                OscillatorRoots::Over { l1, l2, half_gap } => Propagation::Over {",
         f"                _ => {NEVER},\n",
         "            },\n            Self::Spiral",
     ),
@@ -86,13 +87,13 @@ SEVERAL = (
 # follows is taken out.
 REST = (
     Change(
-        LOOP,
-        "            return self.accumulate(system, reached, t_end, record);",
+        RESOLVER,
+        "            return self.accumulate(system, reached, t_end, recorder);",
         f"            {NEVER};",
     ),
     Change(
-        LOOP,
-        "            return self.come_to_rest(system, t_end, record);",
+        RESOLVER,
+        "            return self.come_to_rest(system, t_end, recorder);",
         f"            {NEVER};",
     ),
     Change(
@@ -103,13 +104,13 @@ REST = (
         "    }\n\n    /// A stop held whose force",
     ),
     Change(
-        LOOP,
-        "            Arrival::Release { stop } => match self.struck_beside(system) {",
-        f"            Arrival::Release {{ .. }} => {NEVER},\n",
-        "        };\n        // A chatter that",
+        RESOLVER,
+        "            Outcome::Release => match self.struck_beside(system) {",
+        f"            _ => {NEVER},\n",
+        "        }\n    }\n\n    /// The regime of all elements.",
     ),
-    Change(EXACT, "        if let Some(motion) = &self.holding {", "", "        self.grazed.clear();\n        let FirstEvent"),
-    Change(EXACT, "        self.holding = Some(motion);", f"        {NEVER};"),
+    Change(EXACT, "        if let Some(motion) = &self.regime_motion {", "", "        self.grazed.clear();\n        let FirstEvent"),
+    Change(EXACT, "        self.regime_motion = Some(motion);", f"        {NEVER};"),
 )
 
 # Nothing is kept but the state.
@@ -120,7 +121,7 @@ KEPT = (
         "",
         "    }\n\n    /// Records the rest of impacts",
     ),
-    Change(STRIKE, "        if record.keep != Keep::Final {", "", "    }\n}\n\n/// Whether the motion leaves"),
+    Change(STRIKE, "        if recorder.wanted().events {", "", "    }\n}\n\n/// Whether the motion leaves"),
 )
 
 # Nobody is asked whether to go on.

@@ -10,7 +10,7 @@ REST = (
     *flights.REST,
     Change(
         steps.SCENE,
-        "        self.is_begun = false;\n        let held = self.held_motion();",
+        "        self.is_begun = false;\n        let motion = self.motion_in(&self.regime);",
         f"        {NEVER}\n",
         "    }\n\n    pub(super) fn counts(",
     ),

@@ -4,12 +4,12 @@
 
 use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
-use super::{EventLoop, Resolved, Unresolved, least_speed};
+use super::{Resolved, Resolver, Unresolved, least_speed};
 use crate::event::next::LATE;
 use crate::law::Regime;
 
 use crate::error::Result;
-use crate::hybrid::{GapState, HybridSystem};
+use crate::hybrid::system::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
 
 use crate::tolerance::{
@@ -18,7 +18,7 @@ use crate::tolerance::{
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
 
-impl EventLoop {
+impl Resolver {
     /// Decides whether each stop in contact opens, with a root of some order, or is held.
     pub(super) fn settle<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Resolved {
         self.root_orders.fill(0);

@@ -35,7 +35,7 @@ impl AtOnce {
 }
 
 /// Whether two times are one, but for rounding.
-pub(super) fn is_one_instant(a: f64, b: f64) -> bool {
+pub(crate) fn is_one_instant(a: f64, b: f64) -> bool {
     (a - b).abs() <= INSTANT * a.abs().max(b.abs())
 }
 

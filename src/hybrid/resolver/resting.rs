@@ -29,7 +29,12 @@ impl Resting<'_> {
 
     /// The law of contact for a derivative of some gaps, each known to a slack, and that of their forces two orders lower, beside
     /// contacts that are held.
-    pub fn law_of(&self, held: &[usize], free: &[usize], derivatives: &[[f64; 2]]) -> Result<Law> {
+    pub fn law_of(
+        &self,
+        held: &[usize],
+        free: &[usize],
+        derivatives: &[[f64; 2]],
+    ) -> Result<ContactSplit> {
         let opening = DVector::from_iterator(free.len(), derivatives.iter().map(|d| d[0]));
         let reduced = reduced(&self.delassus, held, free);
         // The effect of the forces on the others on a gap has their errors.
@@ -39,7 +44,7 @@ impl Resting<'_> {
             derivatives[i][1].max(self.steady * shaken(i))
         });
         let forces = contact_forces(&reduced, &opening, &slack).ok();
-        let (mut law, mut shares) = (Law::default(), Vec::new());
+        let (mut law, mut shares) = (ContactSplit::default(), Vec::new());
         for (k, &i) in free.iter().enumerate() {
             match forces.as_ref().map(|forces| &forces[k]) {
                 Some(force) if force.release == Release::Stays => shares.push((k, force.force)),
@@ -58,7 +63,7 @@ impl Resting<'_> {
 
 /// Which contacts push and which open, by one derivative of their gaps.
 #[derive(Default)]
-pub(super) struct Law {
+pub(super) struct ContactSplit {
     /// Those that begin to push.
     pub pressed: Vec<usize>,
     /// Those that open.

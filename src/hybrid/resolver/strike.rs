@@ -1,35 +1,36 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9); when impacts on several stops come to
 //! rest.
 
-use super::{EventLoop, Resolved, Unresolved, least_speed, stay_open};
+use super::{Resolved, Resolver, Unresolved, least_speed, stay_open};
 
 use crate::error::Result;
-use crate::hybrid::{GapState, HybridSystem, NormalImpact};
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::system::{GapState, HybridSystem, NormalImpact};
 use crate::impact::{CompleteChatter, Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
-use crate::simulate::options::Keep;
-use crate::simulate::record::Record;
 use crate::tolerance::{GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING, SPEED_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 
 /// Number of earlier impacts whose speeds set the rounding of the next ones, in a check that debug builds alone make. [work]
 const RECENT_IMPACTS: usize = 100;
 
-impl EventLoop {
+impl Resolver {
     /// The impacts of those stops in contact that are approached: each by itself where they are decoupled, else by the law
     /// of several stops at one instant.
-    pub(super) fn resolve_contacts<Y: HybridSystem + ?Sized>(
+    pub(super) fn resolve_contacts<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
-        record: &mut Record,
+        recorder: &mut R,
     ) -> Resolved {
-        let (first, count) = (record.impacts.len(), self.stats.n_impacts);
+        let count = self.n_impacts;
+        #[cfg(debug_assertions)]
+        let first = self.impacts.len();
         self.prior_sizes.fill(0.0);
         self.note_prior_sizes(system)?;
         if self.touching.len() > 1 && self.is_coupled(system) {
             let restitutions = self.restitutions(system);
-            if let Err(unresolved) = self.strike_together(system, &restitutions, Some(record))? {
+            if let Err(unresolved) = self.strike_together(system, &restitutions, Some(recorder))? {
                 return Ok(Err(unresolved));
             }
         } else {
@@ -37,7 +38,7 @@ impl EventLoop {
                 let stop = self.touching[k];
                 if self.closes(system, stop) {
                     let impact = system.strike(stop)?;
-                    self.note(system, stop, impact, record);
+                    self.note(system, stop, impact, recorder);
                     if impact.departure == 0.0 {
                         self.zero_speed.push(stop);
                     }
@@ -47,14 +48,15 @@ impl EventLoop {
                 }
             }
         }
-        if self.stats.n_impacts == count {
+        if self.n_impacts == count {
             self.prior_sizes.fill(0.0);
         }
         system.evaluate_gaps()?;
-        debug_assert!(
-            agree(system, &self.touching, &record.impacts, first),
+        #[cfg(debug_assertions)]
+        assert!(
+            agree(system, &self.touching, &self.impacts, first),
             "{:?}",
-            &record.impacts[first..]
+            &self.impacts[first..]
         );
         self.settle(system)
     }
@@ -139,11 +141,11 @@ impl EventLoop {
     /// away. The rest of a sequence on one stop beside others that are held takes the time that it takes there; that of impacts on
     /// several stops, whose order nobody knows, none.
     #[cold]
-    pub(super) fn come_to_rest<Y: HybridSystem + ?Sized>(
+    pub(super) fn come_to_rest<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
         t_end: f64,
-        record: &mut Record,
+        recorder: &mut R,
     ) -> Resolved {
         let struck: Vec<usize> = self
             .touching
@@ -154,13 +156,13 @@ impl EventLoop {
         let lasting = self.lasting_rest(system, &struck)?;
         if lasting.is_none() {
             for &stop in &struck {
-                system.record_chatter(stop, record)?;
+                system.record_chatter(stop, recorder)?;
             }
         }
         self.prior_sizes.fill(0.0);
         self.note_prior_sizes(system)?;
         let inelastic = DVector::zeros(self.touching.len());
-        if let Err(unresolved) = self.strike_together(system, &inelastic, None)? {
+        if let Err(unresolved) = self.strike_together(system, &inelastic, None::<&mut R>)? {
             return Ok(Err(unresolved));
         }
         system.evaluate_gaps()?;
@@ -182,7 +184,7 @@ impl EventLoop {
             let left = now.until(now.at(t_end)).max(0.0);
             let beside = self.touching.iter().filter(|&stop| !struck.contains(stop));
             let all: Vec<usize> = struck.iter().chain(beside).copied().collect();
-            system.complete_chatter(&all, span.min(left), record)?;
+            system.complete_chatter(&all, span.min(left), recorder)?;
         }
         self.settle(system)
     }
@@ -230,11 +232,11 @@ impl EventLoop {
     }
 
     /// The impacts of all stops in contact at one instant (Newton and Moreau), with their restitution coefficients.
-    fn strike_together<Y: HybridSystem + ?Sized>(
+    fn strike_together<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
         restitutions: &DVector<f64>,
-        mut record: Option<&mut Record>,
+        mut recorder: Option<&mut R>,
     ) -> Resolved {
         let stops = self.touching.clone();
         let each = |of: &dyn Fn(usize) -> f64| {
@@ -269,8 +271,8 @@ impl EventLoop {
                     departure,
                     impulse,
                 };
-                if let Some(record) = &mut record {
-                    self.note(system, stop, impact, record);
+                if let Some(recorder) = recorder.as_deref_mut() {
+                    self.note(system, stop, impact, recorder);
                 }
             }
             if departure == 0.0 {
@@ -284,24 +286,28 @@ impl EventLoop {
     }
 
     /// Takes note of an impact.
-    fn note<Y: HybridSystem + ?Sized>(
+    fn note<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &Y,
         stop: usize,
         impact: NormalImpact,
-        record: &mut Record,
+        recorder: &mut R,
     ) {
         self.last_impact = Some((stop, impact.approach));
         self.approaches[stop] = impact.approach;
         self.impulses.push((stop, impact.impulse));
-        self.stats.n_impacts += 1;
-        if record.keep != Keep::Final {
-            keep_impact(system, stop, impact, record);
+        self.n_impacts += 1;
+        if recorder.wanted().events {
+            let impact = as_recorded(system, stop, impact);
+            #[cfg(debug_assertions)]
+            self.impacts.push(impact);
+            recorder.impact(impact);
         }
     }
 }
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say: those from the first one on.
+#[cfg(debug_assertions)]
 fn agree<Y: HybridSystem + ?Sized>(
     system: &Y,
     touching: &[usize],
@@ -337,22 +343,17 @@ fn agree<Y: HybridSystem + ?Sized>(
     })
 }
 
-/// Keeps an impact.
+/// An impact as it is recorded.
 #[inline(never)]
-fn keep_impact<Y: HybridSystem + ?Sized>(
-    system: &Y,
-    stop: usize,
-    impact: NormalImpact,
-    record: &mut Record,
-) {
-    record.impacts.push(Impact {
+fn as_recorded<Y: HybridSystem + ?Sized>(system: &Y, stop: usize, impact: NormalImpact) -> Impact {
+    Impact {
         time: system.clock().time(),
         stop,
         approach: impact.approach,
         departure: impact.departure,
         impulse: impact.impulse,
         phase: system.phase(),
-    });
+    }
 }
 
 /// Gives the motion the opening speeds that the law says, to the last digit: those that are none decide what is held, and rounding of

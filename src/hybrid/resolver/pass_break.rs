@@ -1,45 +1,33 @@
 //! Where a signal passes from one polynomial to the next (theory 11): the state goes on, the acceleration may jump. What is held is
 //! judged anew, and so is what is in contact.
 
-use super::{Ending, EventLoop, Resolved};
+use super::{Resolved, Resolver};
 use crate::error::Result;
-use crate::hybrid::HybridSystem;
-use crate::simulate::record::Record;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::system::HybridSystem;
 
-impl EventLoop {
-    /// Goes on behind the end of a part of a run, as at a break; the end of the run, if it cannot.
-    pub fn go_past<Y: HybridSystem + ?Sized>(
-        &mut self,
-        system: &mut Y,
-        at: f64,
-        record: &mut Record,
-    ) -> Result<Option<Ending>> {
-        let resolved = self.pass_break(system, at, record)?;
-        Ok(resolved.err().map(|unresolved| unresolved.at(at)))
-    }
-
+impl Resolver {
     /// Goes on at the time from which something else acts.
-    pub(super) fn pass_break<Y: HybridSystem + ?Sized>(
+    pub fn pass_break<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
         at: f64,
-        record: &mut Record,
+        recorder: &mut R,
     ) -> Resolved {
-        self.is_at_break = true;
         system.set_time(at);
         self.find_touching(system)?;
         let is_held_alone = self.touching == self.held;
         if self.touching.is_empty() {
             self.root_orders.fill(0);
-            record.go_on();
+            recorder.continue_segment();
             return Ok(Ok(()));
         }
         if self.touching.iter().any(|&stop| self.closes(system, stop)) {
-            return self.resolve_contacts(system, record);
+            return self.resolve_contacts(system, recorder);
         }
         let resolved = self.settle(system)?;
         if is_held_alone && self.held == self.touching {
-            record.go_on();
+            recorder.continue_segment();
         }
         Ok(resolved)
     }
@@ -50,6 +38,9 @@ impl EventLoop {
         self.touching.clear();
         self.zero_speed.clear();
         for stop in 0..system.n_stops() {
+            if !system.element_law(stop).is_rigid() {
+                continue;
+            }
             // What is held has no speed, though its stop may have moved on by the rounding of the time.
             let stays = self.held.contains(&stop) || self.faces_held(system, stop);
             if stays {

@@ -1,0 +1,405 @@
+//! The resolver: from the regime that ends where a guard fell through zero to the next one. It strikes what is reached, completes impacts
+//! that accumulate, holds the stops that stay in contact, releases those whose force would pull (theory 8, 9). Impacts are completed by
+//! `accumulates` here (one stop alone) and by `are_spent` in `strike.rs` (several stops, or beside stops held).
+
+mod at_once;
+mod hold_or_release;
+mod pass_break;
+mod resting;
+mod strike;
+
+use crate::error::{Error, Result, digits};
+use crate::event::next::LATE;
+use crate::hybrid::clock::Clock;
+use crate::hybrid::flow::HybridFlow;
+use crate::hybrid::recorder::Recorder;
+use crate::hybrid::system::{Contacts, GapSizes, GapState, Gaps, Holding, HybridSystem};
+use crate::impact::CompleteChatter;
+use crate::law::{ElementState, Guard, Outcome, Regime};
+use crate::quantity::larger;
+use crate::tolerance::{
+    CHATTER_SAFETY, GAP_ROUNDING, GIVEN_ROUNDING, LOST_FLIGHT, MOST_LEFT, MOST_SUNK, TIME_ROUNDING,
+};
+use at_once::AtOnce;
+pub(crate) use at_once::is_one_instant;
+use nalgebra::DVector;
+
+/// Why a contact could not be resolved.
+pub(crate) struct Unresolved {
+    pub reason: String,
+}
+
+pub(crate) type Resolved = Result<std::result::Result<(), Unresolved>>;
+
+/// What is known of contacts between two events, with its buffers; it serves one run after another.
+#[derive(Default)]
+pub(crate) struct Resolver {
+    /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
+    pub root_orders: Vec<usize>,
+    /// The largest size of the terms of each gap, whose rounding is that of the gap.
+    sizes: Vec<f64>,
+    /// The largest size of the motion at each stop, to which the tolerances are relative.
+    reaches: Vec<f64>,
+    /// Where the present flight began.
+    departure: Option<Clock>,
+    /// The stops in contact.
+    touching: Vec<usize>,
+    /// The stops held, and those that were before the contacts of this instant.
+    held: Vec<usize>,
+    were_held: Vec<usize>,
+    /// The regime of the elements that are not rigid.
+    regime: Regime,
+    /// Stops in contact whose normal speed counts as exactly zero now.
+    zero_speed: Vec<usize>,
+    /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
+    /// terms are smaller, and their rounding is not.
+    prior_sizes: Vec<f64>,
+    /// The impulses of the impacts of this instant, with their stops.
+    impulses: Vec<(usize, f64)>,
+    /// Instants at which only impacts without restitution came to an end.
+    pub n_inelastic: usize,
+    pub n_impacts: usize,
+    /// The stop struck last, and how fast.
+    last_impact: Option<(usize, f64)>,
+    /// How fast each stop was approached at its last impact, zero before.
+    approaches: Vec<f64>,
+    /// The stops let go at one instant.
+    releases: AtOnce,
+    /// The stops that opened late and were closed again at the same instant, without an impact.
+    reclosings: AtOnce,
+    /// The impacts so far, of a run that keeps them.
+    #[cfg(debug_assertions)]
+    impacts: Vec<crate::impact::Impact>,
+}
+
+impl Resolver {
+    /// Makes ready for a run from where a system is.
+    pub fn start<M: HybridFlow + ?Sized, R: Recorder>(
+        &mut self,
+        flow: &mut M,
+        start: (&DVector<f64>, &DVector<f64>),
+        recorder: &mut R,
+    ) -> Resolved {
+        let n_stops = flow.system().n_stops();
+        for numbers in [
+            &mut self.sizes,
+            &mut self.reaches,
+            &mut self.prior_sizes,
+            &mut self.approaches,
+        ] {
+            numbers.clear();
+            numbers.resize(n_stops, 0.0);
+        }
+        self.root_orders.clear();
+        self.root_orders.resize(n_stops, 0);
+        self.held.clear();
+        self.were_held.clear();
+        self.regime = Regime::default();
+        self.zero_speed.clear();
+        self.impulses.clear();
+        (self.n_inelastic, self.n_impacts) = (0, 0);
+        self.last_impact = None;
+        self.departure = None;
+        self.releases.clear();
+        self.reclosings.clear();
+        #[cfg(debug_assertions)]
+        self.impacts.clear();
+        self.begin(flow, start, recorder)
+    }
+
+    /// A flight begins.
+    pub fn depart(&mut self, clock: Clock) {
+        self.departure = Some(clock);
+    }
+
+    /// Passes from the regime that ends where a guard fell through zero to the next one.
+    pub fn pass<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        guard: Guard,
+        t_end: f64,
+        recorder: &mut R,
+    ) -> Resolved {
+        let stop = guard.element;
+        let state = if self.held.contains(&stop) {
+            ElementState::Held
+        } else {
+            self.regime.state(stop)
+        };
+        let law = system.element_law(stop).by_state();
+        match law.outcome(state, guard.kind) {
+            Outcome::Impact => self.collide(system, stop, t_end, recorder),
+            Outcome::Release => match self.struck_beside(system) {
+                Some(struck) => self.collide(system, struck, t_end, recorder),
+                None => self.release(system, stop),
+            },
+            Outcome::Enters(state) => {
+                self.regime = self.regime.with(stop, state);
+                self.enter(system)?;
+                self.root_orders.fill(0);
+                self.root_orders[stop] = 1;
+                Ok(Ok(()))
+            }
+        }
+    }
+
+    /// The regime of all elements.
+    fn regime_now(&self) -> Regime {
+        self.regime.holding_instead(&self.held)
+    }
+
+    /// Enters the regime of all elements.
+    fn enter<Y: HybridSystem + ?Sized>(&self, system: &mut Y) -> Result<()> {
+        system.enter(&self.regime_now())
+    }
+
+    /// The start: contacts there are judged by the sign of their velocity.
+    fn begin<M: HybridFlow + ?Sized, R: Recorder>(
+        &mut self,
+        flow: &mut M,
+        (q0, v0): (&DVector<f64>, &DVector<f64>),
+        recorder: &mut R,
+    ) -> Resolved {
+        let system = flow.system();
+        system.evaluate_gaps()?;
+        self.touching.clear();
+        for stop in 0..system.n_stops() {
+            if !system.element_law(stop).is_rigid() {
+                continue;
+            }
+            let GapState { gap, size, .. } = system.gap(stop);
+            let margin = system.margin(stop, size);
+            let given = system.given_gap(stop, q0, v0)?;
+            // What is zero as it was given is zero, whatever the system's own numbers make of it.
+            if gap < -margin && given.gap.0 < -margin {
+                let value = format!("inside stop {stop}, its gap {}", digits(gap));
+                let rule = format!(
+                    "at the start no gap may lie below minus the margin, {}",
+                    digits(-margin)
+                );
+                return Err(Error::bad_value("q0", value, rule));
+            }
+            // A gap that is open, however little, is flown through: a run cut just before a contact goes on as one. One that is zero as it
+            // was given is none, however far the modes are off.
+            let is_zero = |(value, size): (f64, f64)| value.abs() <= GIVEN_ROUNDING * size;
+            if is_zero(given.gap) || gap <= margin && self.is_closed(system, stop) {
+                self.touching.push(stop);
+                if is_zero(given.speed) {
+                    self.zero_speed.push(stop);
+                }
+            }
+        }
+        // A start inside a stop, as far as tolerances allow, is one on it.
+        let inside = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
+        let inside: Vec<usize> = self.touching.iter().copied().filter(inside).collect();
+        if !inside.is_empty() {
+            system.put_on(&inside)?;
+        }
+        if self.touching.iter().any(|&stop| self.closes(system, stop)) {
+            // A flight of no length has the state before the impact.
+            flow.record_instant(None, recorder)?;
+            return self.resolve_contacts(flow.system(), recorder);
+        }
+        self.settle(system)
+    }
+
+    /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
+    /// its speed.
+    fn closes<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        self.closes_at(system, stop, system.gap(stop))
+    }
+
+    /// [`closes`](Self::closes) for a stop whose gap has been evaluated.
+    fn closes_at<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        stop: usize,
+        state: GapState,
+    ) -> bool {
+        state.speed < 0.0
+            && state.speed < -least_speed(system, stop, state)
+            && !self.held.contains(&stop)
+            && !self.zero_speed.contains(&stop)
+    }
+
+    /// The time since the present flight began.
+    fn flight_time<Y: HybridSystem + ?Sized>(&self, system: &Y) -> f64 {
+        let then = self.departure;
+        then.map_or(0.0, |then| then.until(system.clock()))
+    }
+
+    /// Whether a gap is closed, as far as the rounding of its terms and of the time of the flight tells.
+    fn is_closed<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        let flight = self.flight_time(system);
+        is_closed_at(system.gap(stop), system.rounding(stop), flight)
+    }
+
+    /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.
+    fn struck_beside<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Option<usize> {
+        let is_struck = |&stop: &usize| {
+            self.is_closed(system, stop)
+                && self.closes(system, stop)
+                && !self.faces_held(system, stop)
+        };
+        (0..system.n_stops()).find(is_struck)
+    }
+
+    /// An impact of a stop that was reached, with whatever other stops are reached at the same instant.
+    fn collide<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        reached: usize,
+        t_end: f64,
+        recorder: &mut R,
+    ) -> Resolved {
+        self.touching.clear();
+        self.zero_speed.clear();
+        self.impulses.clear();
+        let arrived = system.gap(reached);
+        // How many roundings may be left of the gap that was reached, and of others at that instant.
+        let most_left = (arrived.gap / system.rounding(reached)).clamp(1.0, MOST_LEFT);
+        let flight = self.flight_time(system);
+        for stop in 0..system.n_stops() {
+            let GapSizes { terms, reach } = system.flight_sizes(stop);
+            self.sizes[stop] = larger(self.sizes[stop], terms);
+            self.reaches[stop] = larger(self.reaches[stop], reach);
+            if !system.element_law(stop).is_rigid() {
+                continue;
+            }
+            let is_held = self.held.contains(&stop);
+            // What those held keep closed has no speed, whatever rounding makes of it.
+            let faces = self.faces_held(system, stop);
+            if faces {
+                self.zero_speed.push(stop);
+            }
+            let is_left = || {
+                let (gap, rounding) = (system.gap(stop), system.rounding(stop));
+                is_closed_at(gap, rounding, flight) || gap.gap / rounding <= most_left
+            };
+            if faces || is_held || system.is_at_place_of(stop, reached) || is_left() {
+                self.touching.push(stop);
+            }
+        }
+        // Flight after low flight the stop would be reached a rounding lower.
+        let is_low = arrived.speed.powi(2) < MOST_SUNK * (arrived.acceleration * arrived.gap).abs();
+        if is_low && arrived.gap < -system.rounding(reached) {
+            system.raise(reached)?;
+            system.evaluate_gaps()?;
+        }
+        if self.accumulates(system, reached)? {
+            return self.accumulate(system, reached, t_end, recorder);
+        }
+        if self.are_spent(system)? {
+            return self.come_to_rest(system, t_end, recorder);
+        }
+        self.note_return(system, reached);
+        self.resolve_contacts(system, recorder)
+    }
+
+    /// Takes note of a stop that opened late and is back at once, no faster than rounding: its opening was rounding.
+    fn note_return<Y: HybridSystem + ?Sized>(&mut self, system: &Y, reached: usize) {
+        if self.root_orders[reached] == LATE && !self.closes(system, reached) {
+            let now = system.clock().time();
+            if self.departed_at(now) {
+                self.reclosings.note(now, reached);
+            }
+        }
+    }
+
+    /// Whether the present flight began at the instant of a time.
+    fn departed_at(&self, now: f64) -> bool {
+        self.departure
+            .is_some_and(|then| is_one_instant(then.time(), now))
+    }
+
+    /// Completes impacts that accumulate, those before the end of the run.
+    #[cold]
+    fn accumulate<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        stop: usize,
+        t_end: f64,
+        recorder: &mut R,
+    ) -> Resolved {
+        system.evaluate_gaps()?;
+        let now = system.clock();
+        let left = now.until(now.at(t_end)).max(0.0);
+        let span = chatter_at(system, stop).span().min(left);
+        system.complete_chatter(&[stop], span, recorder)?;
+        self.last_impact = None;
+        self.zero_speed.clear();
+        self.zero_speed.push(stop);
+        self.settle(system)
+    }
+
+    /// Whether the impacts on the stop that was reached, alone, accumulate, and so soon that what is left of them is below
+    /// the tolerance, or the flights between them lost in rounding (theory 9).
+    fn accumulates<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &mut Y,
+        reached: usize,
+    ) -> Result<bool> {
+        let chatter = chatter_at(system, reached);
+        let (law, speed, pull) = (chatter.law, chatter.speed, chatter.acceleration);
+        let is_alone = self.touching.len() == 1;
+        let regular = self
+            .last_impact
+            .is_some_and(|(stop, before)| stop == reached && law.is_repeated(before, -speed));
+        if !(regular && is_alone && speed < 0.0 && pull < 0.0 && law.is_contracting()) {
+            return Ok(false);
+        }
+        let residual = chatter.residual();
+        let tolerance = system.tolerance(reached, self.reaches[reached]);
+        // Impacts whose next flight rises by little more than rounding are not gone through one by one either.
+        let is_low = chatter.height_by_acceleration()
+            < LOST_FLIGHT * GAP_ROUNDING * self.sizes[reached] * -pull;
+        let span = chatter.span();
+        let is_due = CHATTER_SAFETY * residual < tolerance || is_low;
+        if !is_due || pull + span * system.free_jerk(reached)?.abs() >= 0.0 {
+            return Ok(false);
+        }
+        let others = (0..system.n_stops()).filter(|&stop| stop != reached);
+        stay_open(system, (reached, chatter), others)
+    }
+}
+
+/// The impacts on a stop that is about to be struck, if they accumulate.
+fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChatter {
+    let state = system.gap(stop);
+    CompleteChatter {
+        law: system.law(stop),
+        speed: state.speed,
+        acceleration: state.acceleration,
+    }
+}
+
+/// Whether other stops stay open while impacts on one accumulate, whatever their impulses, and what is left of the gap, do to them.
+fn stay_open<Y: HybridSystem + ?Sized>(
+    system: &Y,
+    (reached, chatter): (usize, CompleteChatter),
+    mut others: impl Iterator<Item = usize>,
+) -> Result<bool> {
+    let span = chatter.span();
+    let stays = |stop: usize| -> Result<bool> {
+        let other = system.gap(stop);
+        let coupling = system.delassus(&[reached, stop])?;
+        let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
+        let drift = other.speed.min(0.0) + chatter.kick(share);
+        let bend =
+            0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
+        Ok(other.gap + span * (drift + bend) - CHATTER_SAFETY * share * chatter.residual() > 0.0)
+    };
+    others.try_fold(true, |all, stop| Ok(all && stays(stop)?))
+}
+
+/// Whether a gap of some rounding is closed at the end of a flight of some time.
+fn is_closed_at(state: GapState, rounding: f64, flight: f64) -> bool {
+    state.gap <= rounding + TIME_ROUNDING * flight * state.speed.abs()
+}
+
+/// Normal speeds up to this are none: the rounding of their terms, and that of the speed with which a gap as large as the motion
+/// would close by its acceleration.
+fn least_speed<Y: HybridSystem + ?Sized>(system: &Y, stop: usize, state: GapState) -> f64 {
+    let fall = (2.0 * state.acceleration.abs() * state.size).sqrt();
+    GAP_ROUNDING * larger(system.speed_size(stop), fall)
+}
