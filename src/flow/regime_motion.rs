@@ -65,19 +65,7 @@ impl RegimeMotion {
             (constraint.particular, constraint.null_space.map(clear))
         };
 
-        let over_mass = |m: DMatrix<f64>| solve_columns(system, &m);
-        let (mut stiffness, mut damping) = (
-            over_mass(system.stiffness().to_dense()),
-            over_mass(system.damping().to_dense()),
-        );
-        let mut own = system.solve_mass(&scene.excitation.constant(n));
-        for (element, force) in forces_of(scene, regime)? {
-            let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
-            let across = reaction * normal.transpose();
-            stiffness += &across * force.stiffness;
-            damping += across * force.damping;
-            own += reaction * (force.stiffness * g.clearances[element] - force.preload);
-        }
+        let (stiffness, damping, own) = over_mass(scene, regime)?;
         let drawn = &stiffness * &anchor;
         // A spring between coordinates that stand where it is at rest pulls at neither.
         let sizes = own.abs() + stiffness.abs() * anchor.abs();
@@ -135,31 +123,9 @@ impl RegimeMotion {
                 }
             })
             .collect();
-        let gap = |i: usize| {
-            let normal = g.normals.column(i).into_owned();
-            let seen = free.tr_mul(&normal);
-            let clearance = g.clearances[i] - normal.dot(&anchor);
-            let gap = carried.gap(
-                scene,
-                i,
-                &normal,
-                Quantity::gap(clearance, &form.position_row(&seen)),
-            );
-            let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
-            let guards = g.laws[i].by_state().guards(regime.state(i)).iter();
-            let guard = guards.filter_map(|&kind| {
-                let quantity = match kind {
-                    GuardKind::Gap => gap.clone(),
-                    GuardKind::Approach => gap.opposite(),
-                    GuardKind::Force => return None,
-                };
-                can_change.then_some((Guard { element: i, kind }, quantity))
-            });
-            guard.collect::<Vec<_>>()
-        };
         Ok(Self {
             regime: regime.clone(),
-            gaps: (0..g.len()).flat_map(gap).collect(),
+            gaps: gap_guards(scene, regime, (&anchor, &free), &form, &carried),
             along: &free * &reduced.takes,
             shared,
             equations: OnceLock::new(),
@@ -290,6 +256,60 @@ impl RegimeMotion {
         }
         (q, v)
     }
+}
+
+/// The guards of a regime that are gaps or approaches, along `q = anchor + free y`.
+fn gap_guards(
+    scene: &ModalScene,
+    regime: &Regime,
+    (anchor, free): (&DVector<f64>, &DMatrix<f64>),
+    form: &ModalForm,
+    carried: &ImposedMotion,
+) -> Vec<(Guard, Quantity)> {
+    let g = &scene.geometry;
+    let of_element = |i: usize| {
+        let normal = g.normals.column(i).into_owned();
+        let seen = free.tr_mul(&normal);
+        let clearance = g.clearances[i] - normal.dot(anchor);
+        let gap = carried.gap(
+            scene,
+            i,
+            &normal,
+            Quantity::gap(clearance, &form.position_row(&seen)),
+        );
+        let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
+        let guards = g.laws[i].by_state().guards(regime.state(i)).iter();
+        let guard = guards.filter_map(|&kind| {
+            let quantity = match kind {
+                GuardKind::Gap => gap.clone(),
+                GuardKind::Approach => gap.opposite(),
+                GuardKind::Force => return None,
+            };
+            can_change.then_some((Guard { element: i, kind }, quantity))
+        });
+        guard.collect::<Vec<_>>()
+    };
+    (0..g.len()).flat_map(of_element).collect()
+}
+
+/// Stiffness and damping of a regime over the mass, shape `(n, n)`, and the constant accelerations of all but contact forces, shape `(n,)`.
+fn over_mass(
+    scene: &ModalScene,
+    regime: &Regime,
+) -> Result<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)> {
+    let (system, g) = (&scene.system, &scene.geometry);
+    let over = |m: DMatrix<f64>| solve_columns(system, &m);
+    let mut stiffness = over(system.stiffness().to_dense());
+    let mut damping = over(system.damping().to_dense());
+    let mut own = system.solve_mass(&scene.excitation.constant(system.n_dof()));
+    for (element, force) in forces_of(scene, regime)? {
+        let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
+        let across = reaction * normal.transpose();
+        stiffness += &across * force.stiffness;
+        damping += across * force.damping;
+        own += reaction * (force.stiffness * g.clearances[element] - force.preload);
+    }
+    Ok((stiffness, damping, own))
 }
 
 /// The forces that elements add in a regime.
