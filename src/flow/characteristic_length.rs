@@ -174,8 +174,8 @@ fn off_resonance(form: &ModalForm, w: f64, force: &[Response]) -> Vec<Pair> {
         Form::Blocks(blocks) => {
             let answer = |(block, f): (&Block, &Response)| {
                 let [l, m] = block.roots().map(Complex::norm);
-                let is_held = l.min(m) > SPLIT_ZERO_ROOT * fastest;
-                if w == 0.0 && !is_held {
+                let is_supported = l.min(m) > SPLIT_ZERO_ROOT * fastest;
+                if w == 0.0 && !is_supported {
                     return [0.0; 2];
                 }
                 let [[a, b], [c, d]] = block.matrix();

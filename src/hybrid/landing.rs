@@ -83,7 +83,7 @@ impl Landing {
 
 /// Brings a state to where the regime from its time on keeps it, and deviations from it.
 pub(crate) fn land<M: HybridMaps + ?Sized>(maps: &M, regime: &Regime, y: &mut Timed) -> Result<()> {
-    if regime.is_free() {
+    if regime.constrained().is_empty() {
         return Ok(());
     }
     project_onto(maps, regime, y.time, &mut y.state)?;

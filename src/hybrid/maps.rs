@@ -146,7 +146,7 @@ pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
     t: f64,
     state: &mut DVector<f64>,
 ) -> Result<()> {
-    if regime.is_free() {
+    if regime.constrained().is_empty() {
         return Ok(());
     }
     let n = state.len() / 2;

@@ -67,7 +67,7 @@ pub(crate) struct Resolver {
     releases: AtOnce,
     /// The stops that opened late and were closed again at the same instant, without an impact.
     reclosings: AtOnce,
-    /// The impacts so far, of a run that keeps them.
+    /// The last impacts, of a run that keeps them.
     #[cfg(debug_assertions)]
     impacts: Vec<crate::impact::Impact>,
 }

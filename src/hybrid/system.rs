@@ -23,19 +23,6 @@ pub(crate) struct GapState {
     pub size: f64,
 }
 
-impl GapState {
-    /// The approach that it is less.
-    pub fn reversed(self) -> Self {
-        Self {
-            gap: -self.gap,
-            speed: -self.speed,
-            acceleration: -self.acceleration,
-            jerk: self.jerk.map(|jerk| -jerk),
-            size: self.size,
-        }
-    }
-}
-
 /// A gap and its speed, each with the size of its terms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GivenGap {
@@ -76,7 +63,7 @@ pub(crate) struct NormalImpact {
 pub(crate) trait Gaps {
     /// Evaluates every gap where the motion is now.
     fn evaluate_gaps(&mut self) -> Result<()>;
-    /// The gap of a stop as it was evaluated last; of one that is pressed its approach.
+    /// The gap of a stop as it was evaluated last.
     fn gap(&self, stop: usize) -> GapState;
     /// A gap and its speed at a position and velocity as they were given, before the rounding of the system's own state.
     fn given_gap(&self, stop: usize, q: &DVector<f64>, v: &DVector<f64>) -> Result<GivenGap>;

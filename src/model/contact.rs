@@ -286,7 +286,7 @@ pub(crate) struct Contact {
 }
 
 impl GapValue {
-    /// Makes it the approach that it is less.
+    /// Turns a gap into the approach, and back: `p = -h`.
     pub fn reverse(&mut self) {
         self.gap = -self.gap;
         self.speed = -self.speed;

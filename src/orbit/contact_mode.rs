@@ -3,6 +3,10 @@
 use crate::hybrid::SegmentKind;
 use crate::law::Regime;
 
+/// A contact mode as plain numbers: the kind of motion, the stops in contact, whether it begins with an instant of the pattern, the stop let
+/// go at its start.
+pub type SavedMode = (SegmentKind, Vec<usize>, bool, Option<usize>);
+
 /// What one flight of an orbit is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ContactMode {
@@ -40,6 +44,22 @@ impl ContactMode {
         Self {
             kind: SegmentKind::Chatter,
             ..Self::in_regime(Regime::holding([stop]))
+        }
+    }
+
+    /// As plain numbers.
+    pub fn saved(&self) -> SavedMode {
+        let stops = self.stops().to_vec();
+        (self.kind, stops, self.is_struck, self.released)
+    }
+
+    /// The mode that was saved.
+    pub fn restored((kind, stops, is_struck, released): &SavedMode) -> Self {
+        Self {
+            kind: *kind,
+            regime: Regime::holding(stops.as_slice()),
+            is_struck: *is_struck,
+            released: *released,
         }
     }
 

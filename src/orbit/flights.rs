@@ -19,6 +19,17 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
+    /// A free flight between two instants of the pattern, from a start over a span, from a state to another.
+    pub fn struck([start, span]: [f64; 2], after: ModalState, before_next: ModalState) -> Self {
+        Self {
+            start,
+            span,
+            after,
+            before_next,
+            mode: ContactMode::struck(),
+        }
+    }
+
     /// Whether the doubles hold its ends.
     pub fn is_finite(&self) -> bool {
         let states = self.after.iter().chain(&self.before_next);

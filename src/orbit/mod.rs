@@ -27,12 +27,13 @@ mod two_instants;
 mod value_roots;
 mod verdict;
 
+pub use contact_mode::SavedMode;
 pub use options::{FreeParameter, OrbitOptions};
 pub use orbits::{Family, Orbits, Verdict};
 pub use paper_coefficients::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
-pub use saved::{SavedMode, SavedOrbit};
+pub use saved::SavedOrbit;
 pub use search::{periodic_orbits, periodic_orbits_observed};
 pub use shooting::find::{find_orbit, find_orbit_in_order, find_orbit_observed};
 pub use shooting::guess::Guess;

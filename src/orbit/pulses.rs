@@ -10,7 +10,6 @@ use crate::law::{Stage, Transition};
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalForm, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
-use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -373,26 +372,19 @@ impl Pulses {
         n_periods: usize,
     ) -> Result<PeriodicOrbit> {
         let count = self.len();
-        let flight = |start: f64, span: f64, after: ModalState, before_next: ModalState| Flight {
-            start,
-            span,
-            after,
-            before_next,
-            mode: ContactMode::struck(),
-        };
         let before = self.before(train);
         let mut elapsed = 0.0;
         let flights = (0..count).map(|i| {
             let span = self.since(&train.times, (i + 1) % count, i);
             let after = self.after_impact(i, &before[i], train.changes[i]);
-            let own = flight(elapsed, span, after, before[(i + 1) % count].clone());
+            let own = Flight::struck([elapsed, span], after, before[(i + 1) % count].clone());
             elapsed += span;
             own
         });
         let mut flights: Vec<Flight> = flights.collect();
         if flights.is_empty() {
             let state = self.steady_at(begin);
-            flights.push(flight(0.0, self.period, state.clone(), state));
+            flights.push(Flight::struck([0.0, self.period], state.clone(), state));
         }
         let hits = self.hits.iter().map(|hit| vec![hit.stop]);
         let parts = OrbitData {

@@ -2,11 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
-use crate::hybrid::{IntegratedMaps, SegmentKind};
-use crate::law::Regime;
+use crate::hybrid::IntegratedMaps;
 use crate::modal::Pair;
 use crate::model::Scene;
-use crate::orbit::contact_mode::ContactMode;
+use crate::orbit::contact_mode::{ContactMode, SavedMode};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
@@ -36,9 +35,6 @@ pub struct SavedOrbit {
     pub modes: Vec<SavedMode>,
 }
 
-/// One entry of [`SavedOrbit::modes`].
-pub type SavedMode = (SegmentKind, Vec<usize>, bool, Option<usize>);
-
 impl PeriodicOrbit {
     /// The orbit as plain numbers.
     pub fn save(&self) -> SavedOrbit {
@@ -53,7 +49,11 @@ impl PeriodicOrbit {
             spans: self.flights().iter().map(|f| f.span).collect(),
             states: states.copied().collect(),
             impulses: self.impacts().iter().map(|i| i.impulse).collect(),
-            modes: self.flights().iter().map(saved_mode).collect(),
+            modes: self
+                .flights()
+                .iter()
+                .map(|flight| flight.mode.saved())
+                .collect(),
         }
     }
 
@@ -86,7 +86,7 @@ impl PeriodicOrbit {
                 mode: saved
                     .modes
                     .get(k)
-                    .map_or_else(ContactMode::struck, restored_mode),
+                    .map_or_else(ContactMode::struck, ContactMode::restored),
             });
             start += span;
         }
@@ -200,20 +200,5 @@ impl PeriodicOrbit {
     /// What disagrees, with its time; what functions of the scene report.
     pub fn check_kept(&self) -> Result<()> {
         check_motion(ORBIT, self.path(), self.scene(), self.impacts())
-    }
-}
-
-fn saved_mode(flight: &Flight) -> SavedMode {
-    let mode = &flight.mode;
-    let stops = mode.stops().to_vec();
-    (mode.kind, stops, mode.is_struck, mode.released)
-}
-
-fn restored_mode((kind, stops, is_struck, released): &SavedMode) -> ContactMode {
-    ContactMode {
-        kind: *kind,
-        regime: Regime::holding(stops.as_slice()),
-        is_struck: *is_struck,
-        released: *released,
     }
 }

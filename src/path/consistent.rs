@@ -2,7 +2,6 @@
 //! no gap is below zero, and its impacts are where it has them. What comes from a file may have been changed.
 
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::{Moment, PhysicalState, Scene, along_reactions, directions};
 use crate::path::equations::PathEquations;
@@ -139,7 +138,7 @@ impl Kept<'_> {
     /// The velocity of an arc that is known by polynomials changes by what the scene's accelerations give.
     fn check_momentum(&self, arc: usize) -> Result<()> {
         let ([(_, start), (_, end)], span) = (&self.ends[arc], self.path.arc(arc).span);
-        if self.path.kind_of(arc).0 == SegmentKind::Chatter || span == 0.0 {
+        if self.path.is_chatter(arc) || span == 0.0 {
             return Ok(());
         }
         let mut left = end - start;
@@ -174,7 +173,7 @@ impl Kept<'_> {
         }
         // Held stops give a part of it, and at the ends of a motion one side of it is not there.
         let is_inside = self.path.span.0 < impact.time && impact.time < self.path.span.1;
-        let is_flight = |arc: usize| self.path.kind_of(arc).0 == SegmentKind::Flight;
+        let is_flight = |arc: usize| self.path.regime_of(arc).is_free();
         if !(is_alone && is_inside && arc > 0 && is_flight(arc - 1) && is_flight(arc)) {
             return Ok(());
         }

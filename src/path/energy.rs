@@ -2,7 +2,6 @@
 //! The powers are integrated along the motion that was kept, by Gauss's rule on each arc.
 
 use crate::error::Result;
-use crate::hybrid::SegmentKind;
 use crate::law::Regime;
 use crate::model::{Energetics, Moment, PhysicalState, Scene};
 use crate::observer::Observer;
@@ -145,7 +144,7 @@ impl<'a> Ledger<'a> {
         works: &mut Works,
         observer: &mut Observer<'_>,
     ) -> Result<()> {
-        let (kind, regime) = self.path.kind_of(arc);
+        let regime = self.path.regime_of(arc);
         each_node(self.fading.of(regime), (from, to), |node| {
             observer.work(self.work)?;
             let QuadratureNode {
@@ -158,7 +157,7 @@ impl<'a> Ledger<'a> {
             works.forcing += w * self.energetics.forcing_power(at, &q, &v);
             let free = || self.equations.free_acceleration(at, &q, &v);
             works.damping += w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
-            if kind != SegmentKind::Flight {
+            if !regime.is_free() {
                 let [taken, by_stops] = self.contact_power(at, &q, &v, regime)?;
                 works.forcing += w * by_stops;
                 works.contact += w * (taken + by_stops);

@@ -5,7 +5,6 @@
 
 use crate::error::Result;
 use crate::flow::RegimeDynamics;
-use crate::hybrid::SegmentKind;
 use crate::law::Regime;
 use crate::model::{
     Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts, directions,
@@ -126,7 +125,7 @@ impl<'a> PathEquations<'a> {
     /// As [`regime_acceleration`](Self::regime_acceleration).
     pub fn acceleration(&self, point: PathPoint, (q, v): &PhysicalState) -> Result<DVector<f64>> {
         let at = self.moment(point.arc, point.local);
-        let (_, regime) = self.path.kind_of(point.arc);
+        let regime = self.path.regime_of(point.arc);
         Ok(self.regime_acceleration(regime, at, q, v)?.0)
     }
 
@@ -140,9 +139,9 @@ impl<'a> PathEquations<'a> {
         point: PathPoint,
         (q, v): &PhysicalState,
     ) -> Result<f64> {
-        let (kind, regime) = self.path.kind_of(point.arc);
+        let regime = self.path.regime_of(point.arc);
         let place = regime.constrained().iter().position(|&held| held == stop);
-        let Some(place) = place.filter(|_| kind == SegmentKind::Stick) else {
+        let Some(place) = place.filter(|_| !self.path.is_chatter(point.arc)) else {
             return Ok(0.0);
         };
         let at = self.moment(point.arc, point.local);

@@ -4,7 +4,6 @@ use crate::flow::steps::dense_output::{written_state, written_width};
 use crate::flow::{
     ModalScene, RegimeMotion, SceneFlow, propagate, read_series, series_width, with_flow,
 };
-use crate::hybrid::SegmentKind;
 use crate::hybrid::clock::Clock;
 use crate::law::Regime;
 use crate::modal::ModalState;
@@ -27,7 +26,7 @@ pub(crate) enum Evaluator {
     /// Steps: the numbers are the step's length and its dense output, polynomials of a degree.
     Steps { degree: usize },
     /// Taylor series of the velocities to an order: the numbers are the unit of time and the coefficients of the positions
-    /// in it, one after the other for each. Chatter and lasting contact are Runge-Kutta steps.
+    /// in it, one after the other for each, in free motion; in other regimes Runge-Kutta steps.
     Series { order: usize },
 }
 
@@ -35,22 +34,22 @@ pub(crate) enum Evaluator {
 const QUARTIC: usize = 4;
 
 impl Evaluator {
-    /// How many numbers an arc of a segment has for n degrees of freedom.
+    /// How many numbers an arc in a regime has for n degrees of freedom.
     #[inline]
-    pub fn width(&self, kind: SegmentKind, n: usize) -> usize {
+    pub fn width(&self, regime: &Regime, n: usize) -> usize {
         match self {
             Self::Exact { .. } => 2 * n,
-            Self::Series { order } if kind == SegmentKind::Flight => series_width(*order, n),
+            Self::Series { order } if regime.is_free() => series_width(*order, n),
             Self::Steps { degree } => written_width(*degree, n),
             Self::Series { .. } => written_width(QUARTIC, n),
         }
     }
 
-    /// Position and velocity a time after the start of an arc of a segment.
+    /// Position and velocity a time after the start of an arc in a regime.
     #[inline]
     pub fn state(
         &self,
-        (kind, regime): (SegmentKind, &Regime),
+        regime: &Regime,
         clock: Clock,
         numbers: &[f64],
         local: f64,
@@ -72,9 +71,7 @@ impl Evaluator {
                 with_flow!(&**flow, f => propagate(f, at, local, &mut state));
                 modal.form.to_physical(&state)
             }
-            Self::Series { order } if kind == SegmentKind::Flight => {
-                read_series(numbers, *order, local)
-            }
+            Self::Series { order } if regime.is_free() => read_series(numbers, *order, local),
             Self::Steps { degree } => parted(&written_state(numbers, *degree, local)),
             Self::Series { .. } => parted(&written_state(numbers, QUARTIC, local)),
         }

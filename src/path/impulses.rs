@@ -17,13 +17,12 @@
 //! on a segment of chatter, so that its impulse is the jump at its start, along the reaction, and the force along it.
 
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::model::Scene;
 use crate::observer::unless_broken_off;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
-use crate::path::held_forces::FastPart;
+use crate::path::fast_forces::FastPart;
 use crate::path::path::Path;
 use crate::path::quadrature::{QuadratureNode, each_node};
 
@@ -196,7 +195,7 @@ impl<'a> Impulses<'a> {
         } else {
             kept.span
         };
-        let (_, regime) = self.path.kind_of(arc);
+        let regime = self.path.regime_of(arc);
         let fast = FastPart::new(&self.path.evaluator, regime, to - from);
         let rates = fast
             .as_ref()
@@ -237,7 +236,7 @@ fn subtract(from: &mut [f64], values: Vec<f64>) {
 /// the stops held beside them.
 fn jumps(path: &Path, equations: &PathEquations<'_>) -> Result<Vec<Jump>> {
     let parts = &path.parts;
-    let is_chatter = |k: usize| parts.segments[k].kind == SegmentKind::Chatter;
+    let is_chatter = |k: usize| parts.segments[k].is_chatter();
     let takes_time = |k: usize| {
         parts.arcs[parts.arcs_of(k)]
             .iter()

@@ -7,7 +7,7 @@ mod energy;
 mod equations;
 mod evaluator;
 mod fading;
-mod held_forces;
+mod fast_forces;
 mod impulses;
 mod outputs;
 mod parts;

@@ -51,6 +51,13 @@ pub(crate) struct PathParts {
     pub numbers: Vec<f64>,
 }
 
+impl PathSegment {
+    /// Whether it is the rest of impacts that accumulate.
+    pub fn is_chatter(&self) -> bool {
+        self.kind == SegmentKind::Chatter
+    }
+}
+
 impl PathParts {
     /// Begins a segment.
     pub fn begin(&mut self, kind: SegmentKind, regime: &Regime) {

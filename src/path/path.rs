@@ -1,7 +1,6 @@
 //! A motion that is kept: arcs in time, and what evaluates them; of a trajectory, or one period of an orbit.
 
 use crate::error::{Error, Result};
-use crate::hybrid::SegmentKind;
 use crate::law::Regime;
 use crate::model::PhysicalState;
 use crate::path::evaluator::Evaluator;
@@ -126,11 +125,10 @@ impl Path {
     #[inline]
     pub fn state_in(&self, arc: usize, local: f64) -> PhysicalState {
         let segment = self.parts.segment_of(arc);
-        let width = self.evaluator.width(segment.kind, self.n_dof);
+        let width = self.evaluator.width(&segment.regime, self.n_dof);
         let numbers = self.parts.numbers_of(segment, arc, width);
-        let of = (segment.kind, &segment.regime);
         self.evaluator
-            .state(of, self.parts.arcs[arc].clock, numbers, local)
+            .state(&segment.regime, self.parts.arcs[arc].clock, numbers, local)
     }
 
     /// Where a time after the start of a segment is.
@@ -153,9 +151,13 @@ impl Path {
         self.parts.arcs[arc]
     }
 
-    /// The kind of the segment of an arc, and the stops in contact.
-    pub fn kind_of(&self, arc: usize) -> (SegmentKind, &Regime) {
-        let segment = self.parts.segment_of(arc);
-        (segment.kind, &segment.regime)
+    /// The regime of the motion along an arc.
+    pub fn regime_of(&self, arc: usize) -> &Regime {
+        &self.parts.segment_of(arc).regime
+    }
+
+    /// Whether an arc is the rest of impacts that accumulate.
+    pub fn is_chatter(&self, arc: usize) -> bool {
+        self.parts.segment_of(arc).is_chatter()
     }
 }

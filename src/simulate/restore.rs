@@ -199,7 +199,7 @@ fn path(scene: &Scene, span: (f64, f64), motion: SavedMotion) -> Result<Path> {
         }
     };
     let clock = Clock::new(0.0, scene.frequency().unwrap_or(0.0));
-    let parts = kept(clock, span, motion, |kind| evaluator.width(kind, n_dof))?;
+    let parts = kept(clock, span, motion, |regime| evaluator.width(regime, n_dof))?;
     if let Evaluator::Exact { modal, regimes, .. } = &mut evaluator {
         let each = parts.segments.iter().map(|segment| &segment.regime);
         *regimes = regime_motions(modal, each)?;
@@ -212,12 +212,12 @@ fn path(scene: &Scene, span: (f64, f64), motion: SavedMotion) -> Result<Path> {
     })
 }
 
-/// The motion that was saved, on a clock of its scene; `width` is how many numbers a piece of a kind of segment has.
+/// The motion that was saved, on a clock of its scene; `width` is how many numbers a piece in a regime has.
 fn kept(
     clock: Clock,
     span: (f64, f64),
     (arcs, numbers, segments, _): SavedMotion,
-    width: impl Fn(SegmentKind) -> usize,
+    width: impl Fn(&Regime) -> usize,
 ) -> Result<PathParts> {
     let mut offset = 0;
     let ends = segments.iter().skip(1).map(|next| next.2);
@@ -230,7 +230,7 @@ fn kept(
             first: *first,
             offset,
         };
-        let numbers = width(kind).checked_mul(end.saturating_sub(*first));
+        let numbers = width(&kept.regime).checked_mul(end.saturating_sub(*first));
         offset = numbers.map_or(usize::MAX, |numbers| offset.saturating_add(numbers));
         Ok(kept)
     };

@@ -161,15 +161,6 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         self.flow.set_moment(&mut self.state, at);
     }
 
-    /// Whether an element is neither free nor held.
-    fn is_pressed(&self, element: usize) -> bool {
-        let others = |motion: &Arc<RegimeMotion>| {
-            let mut others = motion.regime.others().iter();
-            others.any(|other| other.0 == element)
-        };
-        self.regime_motion.as_ref().is_some_and(others)
-    }
-
     /// Forgets what was asked of a state that has changed.
     #[inline]
     fn changed(&mut self) {
@@ -224,11 +215,6 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
                 acceleration: 2.0 * model.c[2],
                 jerk: Some(6.0 * model.c[3]),
                 size: model.size,
-            };
-            let gap = if self.is_pressed(stop) {
-                gap.reversed()
-            } else {
-                gap
             };
             known.set(Some(gap));
             gap

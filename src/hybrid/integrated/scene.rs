@@ -60,6 +60,7 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) clock: Clock,
     /// Where the run began.
     pub(super) began: Clock,
+    /// The gap of each element at the present state; of one that is pressed its approach, whose zero ends that.
     pub(super) gaps: Vec<GapValue>,
     pub(super) ahead: Vec<GapValue>,
     pub(super) touches: Vec<(f64, f64)>,

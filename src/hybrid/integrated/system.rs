@@ -35,7 +35,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     }
 
     fn gap(&self, stop: usize) -> GapState {
-        let value = self.gaps[stop];
+        let mut value = self.gaps[stop];
+        if self.regime.others().iter().any(|own| own.0 == stop) {
+            value.reverse();
+        }
         GapState {
             gap: value.gap,
             speed: value.speed,

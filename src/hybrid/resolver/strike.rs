@@ -25,7 +25,11 @@ impl Resolver {
     ) -> Resolved {
         let count = self.n_impacts;
         #[cfg(debug_assertions)]
-        let first = self.impacts.len();
+        let first = {
+            let excess = self.impacts.len().saturating_sub(RECENT_IMPACTS);
+            self.impacts.drain(..excess);
+            self.impacts.len()
+        };
         self.prior_sizes.fill(0.0);
         self.note_prior_sizes(system)?;
         if self.touching.len() > 1 && self.is_coupled(system) {

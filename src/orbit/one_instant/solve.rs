@@ -4,7 +4,6 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
 use crate::model::Moment;
-use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::contact_phases;
 use crate::orbit::one_instant::one_stop;
@@ -40,13 +39,7 @@ impl Solution {
         let before_next = conditions.state_before(&after, &impulses);
         Ok(Self {
             phase: wrapped(u[1].atan2(u[0])),
-            flight: Flight {
-                start: 0.0,
-                span: period,
-                after,
-                before_next,
-                mode: ContactMode::struck(),
-            },
+            flight: Flight::struck([0.0, period], after, before_next),
             impulses,
         })
     }

@@ -7,7 +7,6 @@ use crate::impact::wrapped;
 use crate::linalg::rank;
 use crate::modal::ModalState;
 use crate::observer::Observer;
-use crate::orbit::contact_mode::ContactMode;
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
@@ -179,19 +178,7 @@ fn flights(
     let (before_first, before_later) =
         (before(&after, 0..first), before(&later, first..stops.len()));
     Ok(vec![
-        Flight {
-            start: 0.0,
-            span: dt,
-            after,
-            before_next: before_later,
-            mode: ContactMode::struck(),
-        },
-        Flight {
-            start: dt,
-            span: period - dt,
-            after: later,
-            before_next: before_first,
-            mode: ContactMode::struck(),
-        },
+        Flight::struck([0.0, dt], after, before_later),
+        Flight::struck([dt, period - dt], later, before_first),
     ])
 }
