@@ -170,8 +170,7 @@ fn doubling_near<'a>(
     let (mut before, mut along) = ((0.0, test(&base)?), DOUBLING_SECANT_STEP);
     let mut last = f64::INFINITY;
     for _ in 0..MOST_DOUBLING_SECANTS {
-        let from = (&base.iterate, &base.equations, &base.tangent);
-        let Ok(settled) = step_to(&one, from, StepTarget::Length(along))? else {
+        let Ok(settled) = step_to(&one, base.base(), StepTarget::Length(along))? else {
             return Ok(None);
         };
         let value = test(&settled)?;

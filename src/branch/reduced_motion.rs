@@ -177,7 +177,7 @@ fn zero_without(
     let Ok(settled) = corrected(&rest, at, &by_value)? else {
         return Ok(None);
     };
-    let base = (&settled.iterate, &settled.equations, &settled.tangent);
+    let base = settled.base();
     let number = |value: f64| -> Result<Option<f64>> {
         match step_to(&rest, base, StepTarget::Value(value))? {
             Ok(there) => of(&rest, &there.iterate),

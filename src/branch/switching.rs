@@ -384,8 +384,7 @@ fn beside(
         .flat_map(|k| [first, -first].map(|side| side * NEARER_BOUNDARY_FACTOR.powi(k)));
     for side in near {
         let value = place.value + side * BEYOND_BOUNDARY_DISTANCE * problem.span();
-        let from = (&settled.iterate, &settled.equations, &settled.tangent);
-        let Ok(there) = step_to(problem, from, StepTarget::Value(value))? else {
+        let Ok(there) = step_to(problem, settled.base(), StepTarget::Value(value))? else {
             continue;
         };
         let own = Candidate::at(problem, &there.iterate, place.value)?;

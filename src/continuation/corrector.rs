@@ -18,6 +18,13 @@ pub(crate) struct Corrected<I, E, D> {
     pub contraction: f64,
 }
 
+impl<I, E, D> Corrected<I, E, D> {
+    /// The point as the base of a step.
+    pub fn base(&self) -> (&I, &E, &D) {
+        (&self.iterate, &self.equations, &self.tangent)
+    }
+}
+
 /// A corrected point of a problem.
 pub(crate) type CorrectedOf<P> = Corrected<
     <P as ZeroProblem>::Iterate,

@@ -151,3 +151,236 @@ pub(crate) fn walk<W: Walk>(
         end,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::continuation::corrector::{Corrected, CorrectedOf, corrected};
+    use crate::continuation::locator::{ChangeBracket, evaluated, locate_change, locate_zero};
+    use crate::continuation::predictor::{stepped, stepped_to};
+    use crate::continuation::step_control::step_factor;
+    use crate::continuation::zero_problem::{Linearisation, ZeroProblem};
+    use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+
+    /// `x^2 + p^2 = 1`, of which p is the number.
+    struct Circle;
+
+    #[derive(Clone)]
+    struct Chord(DVector<f64>);
+
+    impl ScaledDirection for Chord {
+        fn of(components: &DVector<f64>) -> Self {
+            Self(components.clone())
+        }
+
+        fn dot(&self, other: &Self) -> f64 {
+            self.0.dot(&other.0)
+        }
+
+        fn row(&self) -> DVector<f64> {
+            self.0.clone()
+        }
+
+        fn scaled(&self, factor: f64) -> Self {
+            Self(&self.0 * factor)
+        }
+
+        fn plus(&self, other: &Self) -> Self {
+            Self(&self.0 + &other.0)
+        }
+
+        fn unit(&self) -> Self {
+            Self(self.0.normalize())
+        }
+    }
+
+    #[derive(Clone)]
+    struct Linear(DMatrix<f64>, DVector<f64>);
+
+    impl Linearisation for Linear {
+        fn matrix(&self) -> DMatrix<f64> {
+            self.0.clone()
+        }
+
+        fn right(&self) -> &DVector<f64> {
+            &self.1
+        }
+
+        fn mismatch(&self) -> f64 {
+            self.1.amax()
+        }
+    }
+
+    impl ZeroProblem for Circle {
+        type Iterate = DVector<f64>;
+        type Equations = Linear;
+        type Direction = Chord;
+
+        const N_NUMBERS: usize = 1;
+        const MOST_CORRECTIONS: usize = 8;
+        const KEPT_CORRECTION: Option<f64> = None;
+
+        fn value(&self, at: &DVector<f64>) -> f64 {
+            at[1]
+        }
+
+        fn coinciding(&self, _: &DVector<f64>) -> Option<usize> {
+            None
+        }
+
+        fn linearise(&self, at: &DVector<f64>, _: Option<&Linear>) -> Result<Linear> {
+            let rates = dmatrix![2.0 * at[0], 2.0 * at[1]];
+            Ok(Linear(rates, dvector![1.0 - at.norm_squared()]))
+        }
+
+        fn retract(&self, at: &DVector<f64>, _: &Linear, by: &Chord) -> Result<DVector<f64>> {
+            Ok(at + &by.0)
+        }
+
+        fn settle(
+            &self,
+            at: DVector<f64>,
+            _: Linear,
+            by: Option<&Chord>,
+        ) -> Result<(DVector<f64>, Linear)> {
+            let there = by.map_or(at.clone(), |by| at + &by.0);
+            let equations = self.linearise(&there, None)?;
+            Ok((there, equations))
+        }
+
+        fn pin(&self, mut at: DVector<f64>, _: usize, value: f64) -> Result<DVector<f64>> {
+            at[1] = value;
+            Ok(at)
+        }
+    }
+
+    type CirclePoint = CorrectedOf<Circle>;
+
+    impl Walk for Circle {
+        type Point = CirclePoint;
+        type Iterate = DVector<f64>;
+        type Direction = Chord;
+        type Special = ();
+
+        fn step(
+            &mut self,
+            first: &mut CirclePoint,
+            points: &mut [CirclePoint],
+            length: f64,
+        ) -> Result<StepOutcome<CirclePoint, ()>> {
+            let from = points.last().unwrap_or(first);
+            Ok(match stepped(self, from.base(), length)? {
+                Ok(found) => {
+                    let cosine = found.tangent.dot(&from.tangent);
+                    match step_factor(found.contraction, cosine) {
+                        Ok(factor) => StepOutcome::Accepted(Box::new(found), Vec::new(), factor),
+                        Err(why) => StepOutcome::Refused(StepFailure::distrusted(why.to_owned())),
+                    }
+                }
+                Err(failure) => StepOutcome::Refused(failure),
+            })
+        }
+
+        fn tangent<'p>(&self, own: &'p CirclePoint) -> &'p Chord {
+            &own.tangent
+        }
+
+        fn from_first(&self, first: &CirclePoint, own: &CirclePoint) -> (DVector<f64>, Chord) {
+            let begun = first.iterate.clone();
+            let home = Chord(&own.iterate - &begun);
+            (begun, home)
+        }
+
+        fn kept(&mut self, own: CirclePoint) -> Result<CirclePoint> {
+            Ok(own)
+        }
+
+        fn ended(&self, _: &CirclePoint) -> Result<Option<(Option<()>, BranchEnd)>> {
+            Ok(None)
+        }
+
+        fn closed(
+            &self,
+            _: &CirclePoint,
+            (first, _): (&CirclePoint, DVector<f64>),
+            passed: Vec<()>,
+        ) -> Result<(CirclePoint, Vec<()>)> {
+            Ok((first.clone(), passed))
+        }
+
+        fn refused(
+            &self,
+            _: (&CirclePoint, &[CirclePoint]),
+            failure: StepFailure,
+            _: f64,
+        ) -> Result<(Option<()>, BranchEnd)> {
+            Ok((None, failure.end()))
+        }
+    }
+
+    /// The point (1, 0), the tangent upwards.
+    fn begun() -> CirclePoint {
+        let found = corrected(&Circle, dvector![1.1, 0.0], &Chord(dvector![0.0, 1.0]));
+        let Ok(Ok(found)) = found else {
+            panic!("no point")
+        };
+        found
+    }
+
+    #[test]
+    fn a_predicted_point_is_corrected_to_the_curve() {
+        let Corrected {
+            iterate, tangent, ..
+        } = begun();
+        assert!((iterate - dvector![1.0, 0.0]).amax() < 1e-15);
+        assert!((tangent.0 - dvector![0.0, 1.0]).amax() < 1e-15);
+        let there = stepped_to(&Circle, begun().base(), 0.3, (0, 0.3)).expect("no error");
+        let Ok(there) = there else { panic!("no point") };
+        assert_eq!(there.iterate[1], 0.3);
+        assert!((there.iterate[0] - 0.91f64.sqrt()).abs() < 1e-15);
+        // No point of the circle has this value.
+        let none = stepped_to(&Circle, begun().base(), 0.3, (0, 1.5)).expect("no error");
+        assert!(matches!(none, Err(StepFailure::Stalled { .. })));
+    }
+
+    #[test]
+    fn a_closed_curve_is_followed_once_round() {
+        let half = walk(&mut Circle, begun(), [1e-6, 0.05, 0.1], 1000).expect("no error");
+        assert_eq!(half.end.reason, EndReason::Closed);
+        let off = |own: &CirclePoint| (own.iterate.norm() - 1.0).abs();
+        assert!(half.points.iter().all(|own| off(own) < 1e-14));
+        let all: Vec<CirclePoint> = [begun()].into_iter().chain(half.points).collect();
+        let chords = all
+            .windows(2)
+            .map(|two| (&two[1].iterate - &two[0].iterate).norm());
+        let length: f64 = chords.sum();
+        // Chords of 0.1 are shorter than their arcs by a part of 0.1^2/24.
+        let missing = 1.0 - length / std::f64::consts::TAU;
+        assert!((0.0..5e-4).contains(&missing), "{missing:e}");
+        let few = walk(&mut Circle, begun(), [1e-6, 0.05, 0.1], 3).expect("no error");
+        assert_eq!((few.end.reason, few.points.len()), (EndReason::Points, 3));
+    }
+
+    #[test]
+    fn zeros_and_changes_on_a_step_are_located() {
+        // Along the tangent at (1, 0) the arclength of a step is p.
+        let from = begun();
+        let exact = (1.0f64 - 0.81).sqrt();
+        let ends = [0.5, 0.1, 0.75f64.sqrt() - 0.9];
+        let mut point = |along: f64| {
+            evaluated(&Circle, from.base(), along, |there| {
+                Ok(Some((there.iterate[1], there.iterate[0] - 0.9)))
+            })
+        };
+        let zero = locate_zero(ends, 1.0, &mut point)
+            .expect("no error")
+            .expect("a zero");
+        assert!((zero.along - exact).abs() <= zero.error.max(1e-15) && zero.error < 1e-11);
+        let mut middle = |own: &ChangeBracket<f64>| Ok(0.5 * (own.ends[0] + own.ends[1]));
+        let mut at = |along: f64| Ok(Some((along, along < exact)));
+        let found = locate_change(0.5, 1e-11, &mut middle, &mut at).expect("no error");
+        let [low, high] = found.ends;
+        assert!(low < exact && exact <= high && high - low <= 1e-11 && found.is_reached);
+        assert_eq!(found.points, [Some(low), Some(high)]);
+    }
+}

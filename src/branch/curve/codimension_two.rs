@@ -3,7 +3,7 @@
 
 use crate::branch::curve::condition::Condition;
 use crate::branch::curve::point::{AcceptedCurvePoint, test_values};
-use crate::branch::curve::predictor::{base_of, chord};
+use crate::branch::curve::predictor::chord;
 use crate::branch::curve::problem::CurveProblem;
 use crate::branch::curve::result::CurvePoint;
 use crate::branch::curve::zero_problem::CorrectedCurvePoint;
@@ -87,7 +87,7 @@ impl CurveStep<'_> {
         value: &dyn Fn(&CorrectedCurvePoint) -> Result<f64>,
     ) -> Result<CurveZero> {
         let mut point = |along: f64| {
-            evaluated(self.plane, base_of(&self.from.found), along, |there| {
+            evaluated(self.plane, self.from.found.base(), along, |there| {
                 Ok(Some((along, value(there)?)))
             })
         };
@@ -157,7 +157,7 @@ impl CurveStep<'_> {
         let mut aim =
             |own: &ChangeBracket<CorrectedCurvePoint>| Ok(0.5 * (own.ends[0] + own.ends[1]));
         let mut at = |along: f64| {
-            let Ok(there) = stepped(plane, base_of(&self.from.found), along)? else {
+            let Ok(there) = stepped(plane, self.from.found.base(), along)? else {
                 return Ok(None);
             };
             let orbit = plane.orbit(&there.iterate)?;

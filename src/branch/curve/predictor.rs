@@ -3,13 +3,8 @@
 use crate::branch::curve::direction::CurveDirection;
 use crate::branch::curve::problem::{CurveProblem, TwoParameterLoop};
 use crate::branch::curve::zero_problem::CorrectedCurvePoint;
-use crate::continuation::{Attempt, BaseOf, stepped_to};
+use crate::continuation::{Attempt, stepped_to};
 use nalgebra::DVector;
-
-/// The base of a step.
-pub(super) fn base_of(from: &CorrectedCurvePoint) -> BaseOf<'_, CurveProblem<'_>> {
-    (&from.iterate, &from.equations, &from.tangent)
-}
 
 /// A step, no longer than some arclength, to where one of the numbers has a value.
 pub(super) fn step_to_number(
@@ -25,7 +20,7 @@ pub(super) fn step_to_number(
     } else {
         step
     };
-    stepped_to(plane, base_of(from), ahead, (axis, end))
+    stepped_to(plane, from.base(), ahead, (axis, end))
 }
 
 /// A loop shifted by whole turns of the forcing, so that it is nearest in time to another.

@@ -4,7 +4,7 @@ use crate::branch::curve::codimension_two::passed;
 use crate::branch::curve::condition::Condition;
 use crate::branch::curve::direction::CurveDirection;
 use crate::branch::curve::point::AcceptedCurvePoint;
-use crate::branch::curve::predictor::{base_of, chord, step_to_number, turned_to};
+use crate::branch::curve::predictor::{chord, step_to_number, turned_to};
 use crate::branch::curve::problem::{CurveProblem, TwoParameterLoop};
 use crate::branch::curve::result::CurvePoint;
 use crate::branch::curve::zero_problem::CorrectedCurvePoint;
@@ -207,7 +207,7 @@ fn within(
     if let Some(end) = end {
         return step_to_number(plane, from, step, end);
     }
-    let found = stepped(plane, base_of(from), step)?;
+    let found = stepped(plane, from.base(), step)?;
     let Ok(there) = &found else {
         return Ok(found);
     };
