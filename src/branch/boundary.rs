@@ -95,7 +95,7 @@ pub(super) fn located(
         last,
         other: beyond.map_or(other, |(_, orbit)| orbit),
         width: (before - after).abs(),
-        left: (!bracket.is_reached).then(|| high - low),
+        left: (!bracket.is_reached).then_some(high - low),
         touch: None,
     };
     let kept = found.last.as_ref().map_or(&from.orbit, |(_, orbit)| orbit);

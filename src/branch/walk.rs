@@ -66,7 +66,7 @@ impl Walk for BranchWalk<'_, '_> {
         &own.tangent
     }
 
-    fn from_first(
+    fn home_from(
         &self,
         first: &AcceptedPoint,
         own: &AcceptedPoint,

@@ -120,9 +120,9 @@ pub(crate) fn evaluated<P: ZeroProblem>(
         return Ok(None);
     };
     Ok(of(&point)?.map(|(parameter, value)| TestEvaluation {
+        point,
         parameter,
         value,
-        point,
     }))
 }
 

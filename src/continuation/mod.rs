@@ -19,7 +19,7 @@ pub(crate) use failure::{Attempt, StepFailure, attempted};
 pub(crate) use locator::{
     ChangeBracket, LocatedZero, TestEvaluation, bisected, evaluated, locate_change, locate_zero,
 };
-pub(crate) use predictor::{BaseOf, stepped, stepped_to};
+pub(crate) use predictor::{stepped, stepped_to};
 pub(crate) use step_control::step_factor;
 pub(crate) use walk::{HalfBranch, StepOutcome, Walk, walk};
 pub(crate) use zero_problem::{Linearisation, ScaledDirection, ZeroProblem};

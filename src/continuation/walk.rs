@@ -52,11 +52,8 @@ pub(crate) trait Walk {
     fn tangent<'p>(&self, own: &'p Self::Point) -> &'p Self::Direction;
 
     /// The iterate of the first point in the round of another one, and the chord from there to that.
-    fn from_first(
-        &self,
-        first: &Self::Point,
-        own: &Self::Point,
-    ) -> (Self::Iterate, Self::Direction);
+    fn home_from(&self, first: &Self::Point, own: &Self::Point)
+    -> (Self::Iterate, Self::Direction);
 
     /// An accepted point as one of the curve.
     fn kept(&mut self, own: Self::Point) -> Result<Self::Point>;
@@ -100,7 +97,7 @@ pub(crate) fn walk<W: Walk>(
         }
         let failure = match walker.step(&mut first, &mut points, step)? {
             StepOutcome::Accepted(own, found, factor) => {
-                let (begun, home) = walker.from_first(&first, &own);
+                let (begun, home) = walker.home_from(&first, &own);
                 let (away, tangent) = (home.length(), walker.tangent(&first));
                 let has_closed = farthest > 2.0 * step
                     && away < step
@@ -285,7 +282,7 @@ mod tests {
             &own.tangent
         }
 
-        fn from_first(&self, first: &CirclePoint, own: &CirclePoint) -> (DVector<f64>, Chord) {
+        fn home_from(&self, first: &CirclePoint, own: &CirclePoint) -> (DVector<f64>, Chord) {
             let begun = first.iterate.clone();
             let home = Chord(&own.iterate - &begun);
             (begun, home)

@@ -79,7 +79,7 @@ impl Walk for CurveWalk<'_, '_> {
         &own.found.tangent
     }
 
-    fn from_first(
+    fn home_from(
         &self,
         first: &AcceptedCurvePoint,
         own: &AcceptedCurvePoint,
