@@ -2,11 +2,11 @@
 
 use crate::branch::border::CriticalBounces;
 use crate::branch::continued::continuation_of;
-use crate::branch::end::EndReason;
 use crate::branch::options::ContinuationOptions;
 use crate::branch::problem::{BranchProblem, span_of};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::switching::born_at;
+use crate::continuation::EndReason;
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
 use crate::tolerance::{ACCUMULATING_GRAZE_GAP, ACCUMULATION_FACTOR_MATCH, NEAREST_GRAZES};
@@ -25,7 +25,7 @@ const LEAST_GRAZES: usize = 6;
 /// is not a number, as the border is on none of the branches.
 ///
 /// # Errors
-/// A special point that is no graze; as [`continuation`](crate::continuation); [`Error::Interrupted`].
+/// A special point that is no graze; as [`continuation`](fn@crate::continuation); [`Error::Interrupted`].
 ///
 /// # References
 /// Theory section 19, "Chatter border"; C. J. Budd and F. Dux, Phil. Trans. R. Soc. A 347 (1994) 365.

@@ -4,34 +4,26 @@
 use crate::branch::bifurcations::bifurcations;
 use crate::branch::boundary::{Boundary, is_broken, located};
 use crate::branch::collapse::{meeting, named};
-use crate::branch::corrector::{CorrectedPoint, CorrectionFailure, attempted};
 use crate::branch::crossings::are_explained;
 use crate::branch::doubling_end::{DoublingEnd, doubling_end};
-use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::options::Virtual;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::step_control::step_factor;
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{
+    BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, attempted, step_factor,
+};
 use crate::error::{Result, digits};
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{
     BORDER_BY_ROUNDING, LOOSE_BRANCH_POINT, STEP_PHASE_SHIFT, UNDIVIDED_STEP_LENGTH,
 };
 
-/// The outcome of a step.
-pub(super) enum StepOutcome {
-    /// A point, the special points before it, and the factor on the next step.
-    Accepted(Box<AcceptedPoint>, Vec<Special>, f64),
-    /// An end of the branch, a boundary or the doubling of a doubled branch: the last point, where there is one, and the special points.
-    End(Option<Box<AcceptedPoint>>, Vec<Special>, BranchEnd),
-    /// The corrector failed: a shorter step may succeed, and if none does the branch ends for this reason.
-    Refused(CorrectionFailure),
-    /// A point was found that is not trusted: a shorter step may do, and if none does the branch ends for this reason.
-    Distrusted(BranchEnd),
-}
+/// The outcome of a step along a branch.
+pub(super) type BranchOutcome = StepOutcome<AcceptedPoint, Special>;
 
 /// Makes a step from a point and judges it.
 pub(super) fn advance(
@@ -39,13 +31,13 @@ pub(super) fn advance(
     from: &AcceptedPoint,
     target: StepTarget,
     beyond: Virtual,
-) -> Result<StepOutcome> {
+) -> Result<BranchOutcome> {
     let mut there = step_to(problem, from.base(), target)?;
     // A step that leads out of the range ends where the range does.
     let (low, high) = problem.range;
     let value = there
         .as_ref()
-        .map_or(from.place.value, |settled| settled.place.value);
+        .map_or(from.place.value, |settled| settled.iterate.value);
     if !(low..=high).contains(&value) {
         there = step_to(
             problem,
@@ -57,35 +49,35 @@ pub(super) fn advance(
         Ok(settled) => settled,
         Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
-    let chord = problem.between(&from.place, &settled.place);
-    let factor = match judged(from, &settled, (&chord, settled.place.n_before_times())) {
+    let chord = problem.between(&from.place, &settled.iterate);
+    let factor = match judged(from, &settled, (&chord, settled.iterate.n_before_times())) {
         Ok(factor) => factor,
         Err(reason) => {
-            let detail = format!("{reason} at {}", digits(settled.place.value));
-            return Ok(StepOutcome::Distrusted(BranchEnd::new(
-                EndReason::Step,
-                detail,
-            )));
+            let detail = format!("{reason} at {}", digits(settled.iterate.value));
+            return Ok(StepOutcome::Refused(StepFailure::distrusted(detail)));
         }
     };
-    let orbit = match attempted(problem.closed_orbit(&settled.place), settled.place.value)? {
+    let orbit = match attempted(
+        problem.closed_orbit(&settled.iterate),
+        settled.iterate.value,
+    )? {
         Ok(orbit) => orbit,
         Err(_) if problem.signature.images.is_some() => {
-            let value = settled.place.value;
-            return Ok(StepOutcome::Refused(CorrectionFailure::NotOdd { value }));
+            let value = settled.iterate.value;
+            return Ok(StepOutcome::Refused(StepFailure::NotOdd { value }));
         }
         Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
-    if let Some(doubling_end) = at_doubling_end(problem, from, &settled.place, beyond)? {
+    if let Some(doubling_end) = at_doubling_end(problem, from, &settled.iterate, beyond)? {
         return Ok(doubling_end);
     }
     if beyond == Virtual::Stop && is_broken(&orbit) {
-        return to_boundary(problem, from, &chord, (&settled.place, orbit));
+        return to_boundary(problem, from, &chord, (&settled.iterate, orbit));
     }
     let own = accepted(problem, from, (settled, orbit), chord.length())?;
     let mut special = bifurcations(problem, from, &own, from.tangent.dot(&chord))?;
-    if let Some(end) = unexplained(problem, (from, &own), &special)? {
-        return Ok(StepOutcome::Distrusted(end));
+    if let Some(failure) = unexplained(problem, (from, &own), &special)? {
+        return Ok(StepOutcome::Refused(failure));
     }
     // Two branches that come close without crossing look like this from afar, and a long step may lead from one to the other.
     let is_loose = |special: &Special| {
@@ -94,10 +86,7 @@ pub(super) fn advance(
     };
     if special.iter().any(is_loose) && chord.length() > UNDIVIDED_STEP_LENGTH {
         let detail = format!("another branch is close at {}", digits(own.place.value));
-        return Ok(StepOutcome::Distrusted(BranchEnd::new(
-            EndReason::Step,
-            detail,
-        )));
+        return Ok(StepOutcome::Refused(StepFailure::distrusted(detail)));
     }
     if is_broken(&from.orbit) != is_broken(&own.orbit) {
         special.extend(crossed(problem, from, &own)?);
@@ -112,13 +101,13 @@ fn to_boundary(
     from: &AcceptedPoint,
     chord: &BranchDirection,
     there: (&ParametricLoop, PeriodicOrbit),
-) -> Result<StepOutcome> {
+) -> Result<BranchOutcome> {
     let mut found = located(problem, from, chord.length(), there)?;
     let end = at_boundary(&found);
     // Where the duration of a flight goes to zero, rules are broken by rounding a little before.
     if let Some(met) = meeting(problem, (from, &[]), None, 0.0)? {
         let last = found.last.as_ref();
-        let broken = last.map_or(from.place.value, |(settled, _)| settled.place.value);
+        let broken = last.map_or(from.place.value, |(settled, _)| settled.iterate.value);
         if (met.parameter - broken).abs() <= BORDER_BY_ROUNDING * problem.span() {
             let end = named(end, Some(&met));
             return Ok(StepOutcome::End(None, vec![met], end));
@@ -126,14 +115,14 @@ fn to_boundary(
     }
     let Some((settled, orbit)) = found.last.take() else {
         if found.left.is_some() {
-            return Ok(StepOutcome::Distrusted(end));
+            return Ok(StepOutcome::Refused(StepFailure::Distrusted(end)));
         }
         let special = found.special(&found.other, from, problem.units.velocity);
         let end = named(end, special.as_ref());
         return Ok(StepOutcome::End(None, special.into_iter().collect(), end));
     };
     let step = chord.length();
-    let chord = problem.between(&from.place, &settled.place);
+    let chord = problem.between(&from.place, &settled.iterate);
     // A rule that is broken by less than rounding goes unnoticed: the point may lie beyond the boundary already.
     let ahead = from.tangent.dot(&chord);
     let own = accepted(
@@ -147,8 +136,8 @@ fn to_boundary(
     } else {
         Vec::new()
     };
-    if let Some(end) = unexplained(problem, (from, &own), &special)? {
-        return Ok(StepOutcome::Distrusted(end));
+    if let Some(failure) = unexplained(problem, (from, &own), &special)? {
+        return Ok(StepOutcome::Refused(failure));
     }
     if let Some(left) = found.left {
         return Ok(StepOutcome::Accepted(
@@ -169,7 +158,7 @@ fn unexplained(
     problem: &BranchProblem<'_>,
     (from, to): (&AcceptedPoint, &AcceptedPoint),
     special: &[Special],
-) -> Result<Option<BranchEnd>> {
+) -> Result<Option<StepFailure>> {
     let is_short = to.arclength - from.arclength <= UNDIVIDED_STEP_LENGTH;
     if is_short || are_explained(problem, (from, to), special)? {
         return Ok(None);
@@ -178,7 +167,7 @@ fn unexplained(
         "several multipliers cross the circle at {}",
         digits(to.place.value)
     );
-    Ok(Some(BranchEnd::new(EndReason::Step, detail)))
+    Ok(Some(StepFailure::distrusted(detail)))
 }
 
 /// The end of a doubled branch at its doubling, if a step leads past it.
@@ -187,7 +176,7 @@ fn at_doubling_end(
     from: &AcceptedPoint,
     to: &ParametricLoop,
     beyond: Virtual,
-) -> Result<Option<StepOutcome>> {
+) -> Result<Option<BranchOutcome>> {
     let is_kept = |own: &DoublingEnd| beyond == Virtual::Keep || !is_broken(&own.last.orbit);
     let Some(DoublingEnd { doubling, last }) = doubling_end(problem, from, to)?.filter(is_kept)
     else {
@@ -198,8 +187,7 @@ fn at_doubling_end(
     let value = digits(doubling.parameter);
     if ahead < 0.0 && length > UNDIVIDED_STEP_LENGTH {
         let detail = format!("a fold next to the tip at {value}");
-        let end = BranchEnd::new(EndReason::Step, detail);
-        return Ok(Some(StepOutcome::Distrusted(end)));
+        return Ok(Some(StepOutcome::Refused(StepFailure::distrusted(detail))));
     }
     let mut special = bifurcations(problem, from, &last, length)?;
     special.push(doubling);
@@ -218,7 +206,7 @@ fn crossed(
     let mut found = located(problem, from, length, (&to.place, to.orbit.clone()))?;
     let at = match found.last.take() {
         Some((settled, orbit)) => {
-            let chord = problem.between(&from.place, &settled.place);
+            let chord = problem.between(&from.place, &settled.iterate);
             accepted(problem, from, (settled, orbit), chord.length())?
         }
         None => from.clone(),
@@ -239,7 +227,7 @@ fn accepted(
     length: f64,
 ) -> Result<AcceptedPoint> {
     let CorrectedPoint {
-        place,
+        iterate: place,
         equations,
         tangent,
         ..
@@ -275,7 +263,7 @@ fn at_boundary(found: &Boundary) -> BranchEnd {
     let (orbit, last) = (&found.other, found.last.as_ref());
     let reason = orbit.violation().map_or("", |v| v.reason.as_str());
     let place = last.map_or("here".to_owned(), |(settled, _)| {
-        digits(settled.place.value)
+        digits(settled.iterate.value)
     });
     BranchEnd::new(EndReason::Boundary, format!("beyond {place} {reason}"))
 }

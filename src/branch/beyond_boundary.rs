@@ -1,12 +1,13 @@
 //! Orbits beyond a boundary that have other instants: made of the virtual ones with which the branch goes on there.
 
 use crate::branch::candidate::Candidate;
-use crate::branch::corrector::directions;
 use crate::branch::equations::BasePoint;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::Special;
+use crate::branch::zero_problem::directions;
+use crate::continuation::{ScaledDirection, corrected};
 use crate::error::Result;
 use crate::tolerance::BEYOND_BOUNDARY_LENGTH;
 
@@ -43,11 +44,11 @@ pub(super) fn orbit_beyond_boundary<'a>(
     for _ in 0..MOST_BEYOND_HALVINGS {
         let from: BasePoint<'_> = (place, &equations, tangent);
         if let Ok(beyond) = step_to(problem, from, StepTarget::Length(length))?
-            && let Some((other, at)) = rebuilt(&beyond.place)?
+            && let Some((other, at)) = rebuilt(&beyond.iterate)?
         {
             let by_value = BranchDirection::of_value(other.n_unknowns(&at));
-            if let Ok(settled) = other.corrected(at, &by_value)? {
-                let own = Candidate::at(&other, &settled.place, special.parameter)?;
+            if let Ok(settled) = corrected(&other, at, &by_value)? {
+                let own = Candidate::at(&other, &settled.iterate, special.parameter)?;
                 if own.orbit.is_admissible() != Some(false) {
                     return Ok(Some(own));
                 }

@@ -1,13 +1,13 @@
 //! Smooth bifurcations on a step of a branch: test functions that change their sign, and the location of their zeros (theory 19).
 
-use crate::branch::corrector::CorrectedPoint;
 use crate::branch::crossings::has_multiplier;
 use crate::branch::interpolation_locator::locate_by_interpolation;
-use crate::branch::locator::{LocatedZero, TestEvaluation, locate_zero};
 use crate::branch::multipliers::{own_multipliers, pair_at_circle};
-use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
+use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{LocatedZero, evaluated, locate_zero};
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{TORUS_ON_CIRCLE, WELL_LOCATED_BIFURCATION};
@@ -23,7 +23,8 @@ pub(super) fn bifurcations(
 ) -> Result<Vec<Special>> {
     let (a, b) = (&from.test_values, &to.test_values);
     let fold = |settled: &CorrectedPoint| Ok(settled.tangent.value_part);
-    let doubling = |settled: &CorrectedPoint| problem.multiplier_test((&settled.place, None), -1.0);
+    let doubling =
+        |settled: &CorrectedPoint| problem.multiplier_test((&settled.iterate, None), -1.0);
     let crossing = |settled: &CorrectedPoint| Ok(settled.equations.crossing(&settled.tangent));
     let is_half = problem.signature.images.is_some();
     let doubled = if is_half {
@@ -70,14 +71,9 @@ fn located(
     of: TestFunction<'_>,
 ) -> Result<Special> {
     let mut point = |along: f64| {
-        let Ok(settled) = step_to(problem, from.base(), StepTarget::Length(along))? else {
-            return Ok(None);
-        };
-        Ok(Some(TestEvaluation {
-            parameter: settled.place.value,
-            value: of(&settled)?,
-            point: settled,
-        }))
+        evaluated(problem, from.base(), along, |settled| {
+            Ok(Some((settled.iterate.value, of(settled)?)))
+        })
     };
     let found = locate_zero(between, problem.span(), &mut point)?;
     // Next to a branch point the corrector fails, or its points are not known well.
@@ -109,8 +105,8 @@ fn located(
         return Ok(Special::at(kind, to, width));
     };
     let point = AcceptedPoint {
-        orbit: problem.orbit(&settled.place)?,
-        place: settled.place,
+        orbit: problem.orbit(&settled.iterate)?,
+        place: settled.iterate,
         equations: settled.equations,
         tangent: settled.tangent,
         arclength: from.arclength + along,
@@ -129,7 +125,7 @@ fn torus(
     if problem.has_pulses {
         // In scenes of many modes multipliers are counted only: bisection.
         let off = |settled: &CorrectedPoint| {
-            let outside = problem.n_outside_of_pulses(&settled.place);
+            let outside = problem.n_outside_of_pulses(&settled.iterate);
             Ok(if outside == Some(before) { -1.0 } else { 1.0 })
         };
         let between = [length, -1.0, 1.0];
@@ -146,7 +142,7 @@ fn torus(
         Ok((size, own.iter().filter(|mu| mu.norm() > 1.0).count()))
     };
     let off = |settled: &CorrectedPoint| -> Result<f64> {
-        let (size, outside) = size(&problem.orbit(&settled.place)?)?;
+        let (size, outside) = size(&problem.orbit(&settled.iterate)?)?;
         Ok(if outside == before { -size } else { size })
     };
     let between = [length, -size(&from.orbit)?.0, size(&to.orbit)?.0];

@@ -1,9 +1,9 @@
 //! Borders that are extrapolated by a power law: where lasting contact has no duration left, and where the impacts that accumulate before
 //! it have no speed left (theory 19, "Chatter border", "Vanishing impacts"). Values are of the parameter, in its unit.
 
-use crate::branch::locator::MOST_BISECTIONS;
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
+use crate::continuation::bisected;
 use crate::error::Result;
 use crate::law::Transition;
 use crate::orbit::with_shooting;
@@ -31,16 +31,7 @@ impl CriticalBounces {
     pub fn of(restitution: f64) -> Self {
         let e = restitution;
         let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..MOST_BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if off(middle) < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let s = 0.5 * (low + high);
+        let s = bisected([0.0, 1.0], |s| off(s) < 0.0);
         // Derivatives of the next speed e (s/2 - s^2/3)/(1 - s)^2 and of this one, s/2 - s^2/6, by s.
         let next = e
             * ((0.5 - 2.0 * s / 3.0) / (1.0 - s).powi(2)

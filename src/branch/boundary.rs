@@ -1,13 +1,15 @@
 //! The locator of boundaries, beyond which the orbits of a branch break a rule of contact: between a point that keeps them and one that
 //! does not, by a test function that is zero there, and by bisection. Lengths are arclengths along the tangent of the point before.
 
-use crate::branch::corrector::{Attempt, CorrectedPoint, attempted};
-use crate::branch::locator::{LocatedZero, MOST_BISECTIONS, TestEvaluation, locate_zero};
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::release_onset::release_onset;
 use crate::branch::special::{BreachKind, Special, SpecialKind, breach_kind, of_boundary};
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{
+    ChangeBracket, LocatedZero, TestEvaluation, attempted, evaluated, locate_change, locate_zero,
+};
 use crate::error::Result;
 use crate::orbit::{PeriodicOrbit, Touch};
 use crate::tolerance::{BRANCH_BOUNDARY_LENGTH, BREACH_AT_TOUCH, CUBIC_LANDING_ERROR};
@@ -61,51 +63,41 @@ pub(super) fn located(
     (there, other): (&ParametricLoop, PeriodicOrbit),
 ) -> Result<Boundary> {
     let was_broken = is_broken(&from.orbit);
-    let (mut low, mut high) = (0.0, step);
-    let (mut before, mut after) = (from.place.value, there.value);
-    let mut there = there.clone();
-    let mut found = Boundary {
-        last: None,
-        other,
-        width: 0.0,
-        left: None,
-        touch: None,
-    };
     let mut beside = [0.25 * BRANCH_BOUNDARY_LENGTH; 2];
     let mut expected: Option<ExpectedBoundary> = None;
-    for _ in 0..MOST_BISECTIONS {
-        if high - low <= BRANCH_BOUNDARY_LENGTH {
-            break;
-        }
+    let mut aim = |bracket: &BoundaryBracket| {
         if expected.is_none() {
-            let last = found.last.as_ref();
-            let last = last.map_or((&from.place, &from.orbit), |(own, orbit)| {
-                (&own.place, orbit)
-            });
-            let ends = [last, (&there, &found.other)];
-            expected = zero_of_breach(problem, from, [low, high], ends)?;
+            let [low, high] = bracket.points.each_ref().map(Option::as_ref);
+            let low = low.map_or((&from.place, &from.orbit), loop_of);
+            let high = high.map_or((there, &other), loop_of);
+            expected = zero_of_breach(problem, from, bracket.ends, [low, high])?;
         }
         let root = expected.as_ref().map(|zero| zero.along);
-        let middle = aimed(root, [low, high], &mut beside);
-        let tried: Attempt<CorrectedPoint> =
-            step_to(problem, from.base(), StepTarget::Length(middle));
-        let Ok(settled) = tried? else {
-            found.left = Some(high - low);
-            break;
+        Ok(aimed(root, bracket.ends, &mut beside))
+    };
+    let mut at = |along: f64| {
+        let Ok(settled) = step_to(problem, from.base(), StepTarget::Length(along))? else {
+            return Ok(None);
         };
-        let value = settled.place.value;
-        let Ok(orbit) = attempted(problem.closed_orbit(&settled.place), value)? else {
-            found.left = Some(high - low);
-            break;
-        };
-        if is_broken(&orbit) == was_broken {
-            (low, before, found.last) = (middle, value, Some((settled, orbit)));
-        } else {
-            (high, after, found.other) = (middle, value, orbit);
-            there = settled.place;
-        }
-    }
-    found.width = (before - after).abs();
+        let value = settled.iterate.value;
+        let orbit = attempted(problem.closed_orbit(&settled.iterate), value)?;
+        Ok(orbit.ok().map(|orbit| {
+            let is_before = is_broken(&orbit) == was_broken;
+            ((settled, orbit), is_before)
+        }))
+    };
+    let bracket = locate_change(step, BRANCH_BOUNDARY_LENGTH, &mut aim, &mut at)?;
+    let ([low, high], [last, beyond]) = (bracket.ends, bracket.points);
+    let value = |own: &(CorrectedPoint, PeriodicOrbit)| own.0.iterate.value;
+    let before = last.as_ref().map_or(from.place.value, value);
+    let after = beyond.as_ref().map_or(there.value, value);
+    let mut found = Boundary {
+        last,
+        other: beyond.map_or(other, |(_, orbit)| orbit),
+        width: (before - after).abs(),
+        left: (!bracket.is_reached).then_some(high - low),
+        touch: None,
+    };
     let kept = found.last.as_ref().map_or(&from.orbit, |(_, orbit)| orbit);
     let breach = between(problem, [kept, &found.other]);
     let Some(BreachKind {
@@ -133,7 +125,7 @@ pub(super) fn located(
     }) = expected.filter(is_touch)
     {
         let error = error.max(f64::EPSILON * problem.span());
-        found.touch = Some((settled.place.value, error, orbit));
+        found.touch = Some((settled.iterate.value, error, orbit));
         return Ok(found);
     }
     let landing = problem.instant_of(&from.place, (stop, from.place.state.times[0] + time));
@@ -152,6 +144,16 @@ pub(super) fn located(
         found.width = CUBIC_LANDING_ERROR * problem.span();
     }
     Ok(found)
+}
+
+/// The part of a step on which a boundary lies.
+type BoundaryBracket = ChangeBracket<(CorrectedPoint, PeriodicOrbit)>;
+
+/// The loop and the orbit of a point.
+fn loop_of(
+    (settled, orbit): &(CorrectedPoint, PeriodicOrbit),
+) -> (&ParametricLoop, &PeriodicOrbit) {
+    (&settled.iterate, orbit)
 }
 
 /// The kind of the boundary between two orbits, of which one breaks a rule.
@@ -200,16 +202,19 @@ fn zero_of_breach(
             return Ok(None);
         };
         let (value, orbit) = if breach.kind == SpecialKind::Graze {
-            let Ok(orbit) = attempted(problem.closed_orbit(&settled.place), settled.place.value)?
+            let Ok(orbit) = attempted(
+                problem.closed_orbit(&settled.iterate),
+                settled.iterate.value,
+            )?
             else {
                 return Ok(None);
             };
             (gap(&orbit)?, Some(orbit))
         } else {
-            (speed(&settled.place)?, None)
+            (speed(&settled.iterate)?, None)
         };
         Ok(value.map(|value| TestEvaluation {
-            parameter: settled.place.value,
+            parameter: settled.iterate.value,
             value,
             point: (settled, orbit),
         }))
@@ -243,16 +248,11 @@ fn zero_of(
     step: f64,
     of: &dyn Fn(&ParametricLoop) -> Result<Option<f64>>,
 ) -> Result<Option<((CorrectedPoint, PeriodicOrbit), f64)>> {
-    let at = |along: f64| -> Result<Option<TestEvaluation<CorrectedPoint>>> {
-        let Ok(settled) = step_to(problem, from.base(), StepTarget::Length(along))? else {
-            return Ok(None);
-        };
-        let value = of(&settled.place)?;
-        Ok(value.map(|value| TestEvaluation {
-            parameter: settled.place.value,
-            value,
-            point: settled,
-        }))
+    let at = |along: f64| {
+        evaluated(problem, from.base(), along, |settled| {
+            let place = &settled.iterate;
+            Ok(of(place)?.map(|value| (place.value, value)))
+        })
     };
     let value = |along: f64| at(along).map(|there| there.map(|there| there.value));
     for begin in [0.0, -step] {
@@ -267,8 +267,8 @@ fn zero_of(
         let Some(zero) = zero else {
             return Ok(None);
         };
-        let value = zero.point.place.value;
-        let orbit = attempted(problem.closed_orbit(&zero.point.place), value)?.ok();
+        let value = zero.point.iterate.value;
+        let orbit = attempted(problem.closed_orbit(&zero.point.iterate), value)?.ok();
         return Ok(orbit.map(|orbit| ((zero.point, orbit), zero.error)));
     }
     Ok(None)

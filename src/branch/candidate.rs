@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
 /// An orbit near a special point of a branch, on another branch that meets it there. Followed by
-/// [`continuation`](crate::continuation) a factor counts from the scene of this orbit, one there.
+/// [`continuation`](fn@crate::continuation) a factor counts from the scene of this orbit, one there.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The orbit.

@@ -1,11 +1,11 @@
 //! The end of a branch at which something vanishes: the duration of a flight or a stick, the speed of all impacts, or the motion itself.
 
 use crate::branch::border::{border, vanishing};
-use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::branch::reduced_motion::{self, LocatedBorder};
 use crate::branch::special::{Special, SpecialKind, of_meeting};
+use crate::continuation::{BranchEnd, EndReason};
 use crate::error::{Result, digits};
 use crate::law::Transition;
 use crate::tolerance::{BORDER_REACH, BRANCH_AT_REST, VANISHING_DURATION};

@@ -1,6 +1,5 @@
 //! `continuation`: from an orbit to the branch on which it lies.
 
-use crate::branch::corrector::directions;
 use crate::branch::energy::{energy_at, opens};
 use crate::branch::half_branch::both_halves;
 use crate::branch::options::{ContinuationOptions, Virtual, check_range};
@@ -10,7 +9,9 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::result::Branch;
 use crate::branch::special::Special;
 use crate::branch::test_functions::TestFunctionValues;
-use crate::branch::walk::walk;
+use crate::branch::walk::BranchWalk;
+use crate::branch::zero_problem::directions;
+use crate::continuation::{ScaledDirection, corrected, walk};
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene, start_of, with_value};
 use crate::orbit::PeriodicOrbit;
@@ -176,7 +177,13 @@ fn from_orbit(
             test_values: first.test_values.along(sign),
             ..first.clone()
         };
-        walk(&problem, &turned, options, observer)
+        let mut walker = BranchWalk {
+            problem: problem.clone(),
+            options,
+            observer,
+            reached: None,
+        };
+        walk(&mut walker, turned, options.steps, options.max_points)
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| Special {
         arclength: sign * own.arclength,
@@ -251,7 +258,7 @@ fn first_point(
         return Err(Error::bad_value("start", place.value, rule));
     }
     if equations.mismatch > ORBIT_CLOSED {
-        let there = problem.corrected(place, &BranchDirection::of_value(unknowns))?;
+        let there = corrected(problem, place, &BranchDirection::of_value(unknowns))?;
         let Ok(settled) = there else {
             return Err(Error::NoConvergence {
                 stage: "the orbit in the scene of its value",
@@ -259,7 +266,7 @@ fn first_point(
                 residual: equations.mismatch,
             });
         };
-        (place, equations) = (settled.place, settled.equations);
+        (place, equations) = (settled.iterate, settled.equations);
         orbit = problem.closed_orbit(&place)?;
     }
     let all = directions(&equations)?;

@@ -1,13 +1,14 @@
 //! The end of a doubled branch at its period doubling: both rounds of the motion become one there, and beyond it the branch would come back
 //! over itself, half a period later (theory 19, "Switching").
 
-use crate::branch::corrector::{CorrectedPoint, attempted};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{ShootingNode, period, turned};
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{ScaledDirection, attempted, corrected};
 use crate::error::Result;
 use crate::law::Regime;
 use crate::linalg::rank;
@@ -59,14 +60,14 @@ pub(super) fn doubling_end(
     let Some((one, settled, error)) = doubling_near(problem, near, reach)? else {
         return Ok(None);
     };
-    let (_, place) = one.repeated(&settled.place, &settled.place.state, &[0.0, 0.0])?;
+    let (_, place) = one.repeated(&settled.iterate, &settled.iterate.state, &[0.0, 0.0])?;
     let along = problem.between(&from.place, &place).length();
     if along > DOUBLING_END_REACH * reach {
         return Ok(None);
     }
     let arclength = from.arclength + along;
     // At the doubling the tangent is the difference of the two rounds.
-    let tangent = before.apart.scaled(1.0 / before.apart.length());
+    let tangent = before.apart.unit();
     let equations = problem.equations(&place)?;
     let Ok(orbit) = attempted(problem.closed_orbit(&place), place.value)? else {
         return Ok(None);
@@ -85,7 +86,7 @@ pub(super) fn doubling_end(
         test_values,
     };
     let doubling = Special {
-        orbit: one.orbit(&settled.place)?,
+        orbit: one.orbit(&settled.iterate)?,
         ..Special::at(SpecialKind::PeriodDoubling, &last, error)
     };
     Ok(Some(DoublingEnd { doubling, last }))
@@ -162,15 +163,14 @@ fn doubling_near<'a>(
     // The guess is corrected across the branch, which may have a fold next to the doubling.
     let across = rank::weakest(&one.equations(&guess)?.all_columns(), 1)?;
     let across = BranchDirection::of(&across.column(0).into_owned());
-    let Ok(base) = one.corrected(guess, &across.scaled(1.0 / across.length()))? else {
+    let Ok(base) = corrected(&one, guess, &across.unit())? else {
         return Ok(None);
     };
-    let test = |there: &CorrectedPoint| one.multiplier_test((&there.place, None), -1.0);
+    let test = |there: &CorrectedPoint| one.multiplier_test((&there.iterate, None), -1.0);
     let (mut before, mut along) = ((0.0, test(&base)?), DOUBLING_SECANT_STEP);
     let mut last = f64::INFINITY;
     for _ in 0..MOST_DOUBLING_SECANTS {
-        let from = (&base.place, &base.equations, &base.tangent);
-        let Ok(settled) = step_to(&one, from, StepTarget::Length(along))? else {
+        let Ok(settled) = step_to(&one, base.base(), StepTarget::Length(along))? else {
             return Ok(None);
         };
         let value = test(&settled)?;

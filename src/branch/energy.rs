@@ -4,6 +4,7 @@
 
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
+use crate::continuation::ScaledDirection;
 use crate::error::{Error, Result};
 use crate::model::Energetics;
 use crate::orbit::{Linearised, PeriodicOrbit, ShootingState};

@@ -3,6 +3,7 @@
 
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::{BranchProblem, check_same, stretched};
+use crate::continuation::bordered;
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::law::Stage;
@@ -46,7 +47,7 @@ pub(super) struct ParameterDerivative {
 impl Equations {
     /// The test function of branch points: it changes its sign where another branch is crossed, along the tangent of this one.
     pub fn crossing(&self, tangent: &BranchDirection) -> f64 {
-        signed_volume(self.bordered(tangent))
+        signed_volume(bordered(self, tangent))
     }
 
     /// The Jacobian `[G_Z G_p]`, the column of the parameter last.
@@ -54,14 +55,6 @@ impl Equations {
         let last = self.rows.ncols();
         let mut matrix = self.rows.clone().insert_column(last, 0.0);
         matrix.set_column(last, &self.by_value.column);
-        matrix
-    }
-
-    /// The Jacobian bordered by one more row, that of a direction.
-    pub fn bordered(&self, border: &BranchDirection) -> DMatrix<f64> {
-        let last = self.rows.nrows();
-        let mut matrix = self.all_columns().insert_row(last, 0.0);
-        matrix.set_row(last, &border.row().transpose());
         matrix
     }
 }

@@ -1,15 +1,8 @@
-//! The two halves of a branch or a curve from its first point, and both joined.
+//! Both halves of a branch or a curve from its first point, joined.
 
-use crate::branch::end::{BranchEnd, EndReason};
 use crate::branch::options::Heading;
+use crate::continuation::{BranchEnd, EndReason, HalfBranch};
 use crate::error::Result;
-
-/// One half of a branch or a curve, without its first point, and why it ended.
-pub(super) struct HalfBranch<P, S> {
-    pub points: Vec<P>,
-    pub special: Vec<S>,
-    pub end: BranchEnd,
-}
 
 /// Both halves as one, each point with the sign of its arclength.
 pub(super) struct JoinedBranch<P, S> {

@@ -1,11 +1,11 @@
 //! The locator of zeros next to a branch point, where the corrector fails: by the polynomial through points of the branch on both sides, at
 //! Chebyshev's nodes (theory 19). Lengths are arclengths.
 
-use crate::branch::corrector::CorrectedPoint;
-use crate::branch::locator::{LocatedZero, MOST_BISECTIONS};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{LocatedZero, ScaledDirection, bisected};
 use crate::error::Result;
 use crate::orbit::ShootingState;
 use crate::tolerance::{INTERPOLATED_ZERO_ERROR, INTERPOLATION_REACH};
@@ -95,17 +95,9 @@ fn zero_of(nodes: &[InterpolationNode]) -> (f64, Vec<f64>) {
         let each = nodes.iter().zip(weights(&places, at));
         each.map(|(node, weight)| node.number * weight).sum()
     };
-    let (mut low, mut high) = (places[0], places[places.len() - 1]);
+    let ends = [places[0], places[places.len() - 1]];
     let is_rising = nodes[0].number < 0.0;
-    for _ in 0..MOST_BISECTIONS {
-        let middle = 0.5 * (low + high);
-        if (number(middle) < 0.0) == is_rising {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let zero = 0.5 * (low + high);
+    let zero = bisected(ends, |at| (number(at) < 0.0) == is_rising);
     (zero, weights(&places, zero))
 }
 
@@ -124,15 +116,15 @@ fn interpolated(
         parts.fold(first, |sum, part| sum + part)
     };
     let times = |part: fn(&ShootingState) -> &Vec<f64>| {
-        let all = of(&|own| DVector::from_column_slice(part(&own.place.state)));
+        let all = of(&|own| DVector::from_column_slice(part(&own.iterate.state)));
         all.as_slice().to_vec()
     };
-    let count = nodes[0].settled.place.state.states.len();
+    let count = nodes[0].settled.iterate.state.states.len();
     let state = ShootingState {
         times: times(|state| &state.times),
         starts: times(|state| &state.starts),
         states: (0..count)
-            .map(|k| of(&|own| own.place.state.states[k].clone()))
+            .map(|k| of(&|own| own.iterate.state.states[k].clone()))
             .collect(),
     };
     let place: ParametricLoop = problem.place(&*problem.scene(value)?, value, state)?;
@@ -140,9 +132,9 @@ fn interpolated(
     Ok(LocatedZero {
         point: CorrectedPoint {
             equations: problem.equations(&place)?,
-            tangent: tangent.scaled(1.0 / tangent.length()),
+            tangent: tangent.unit(),
             contraction: 0.0,
-            place,
+            iterate: place,
         },
         along,
         error,
@@ -152,6 +144,6 @@ fn interpolated(
 /// The parameter of the nodes, interpolated by some weights.
 fn value_of(nodes: &[InterpolationNode], weights: &[f64]) -> f64 {
     let each = nodes.iter().zip(weights);
-    each.map(|(node, weight)| node.settled.place.value * weight)
+    each.map(|(node, weight)| node.settled.iterate.value * weight)
         .sum()
 }

@@ -26,7 +26,7 @@ pub enum Virtual {
     Keep,
 }
 
-/// Options of [`continuation`](crate::continuation).
+/// Options of [`continuation`](fn@crate::continuation).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContinuationOptions {
     /// Which way, default both.

@@ -1,6 +1,7 @@
 //! A point of the curve that a branch is: a motion by its states and times (a loop, closed or nearly so) and a value of the parameter
 //! (theory 19). Directions in these unknowns are scaled: by units of the motion, phases of the forcing, and the range of the parameter.
 
+use crate::continuation::ScaledDirection;
 use crate::orbit::{PulseTrain, Pulses, ShootingState};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -60,6 +61,13 @@ impl ParametricLoop {
         turned
     }
 
+    /// The instant with which the next one coincides, so that its flight takes no time.
+    pub fn coinciding_instant(&self) -> Option<usize> {
+        let ends = self.state.times.windows(2);
+        let mut flights = self.state.starts.iter().zip(ends);
+        flights.position(|(start, ends)| !(ends[0] <= *start && *start < ends[1]))
+    }
+
     /// The flight that takes the least time; none if there is only one.
     pub fn shortest_flight(&self) -> Option<usize> {
         let times = &self.state.times;
@@ -81,34 +89,6 @@ pub(super) struct BranchDirection {
 }
 
 impl BranchDirection {
-    /// The inner product that arclength goes by: the mean over the unknowns of the loop, so that steps of loops with many instants are as
-    /// long, plus the product of the parts in the parameter.
-    pub fn dot(&self, other: &Self) -> f64 {
-        let count = self.loop_part.len().max(1) as f64;
-        self.loop_part.dot(&other.loop_part) / count + self.value_part * other.value_part
-    }
-
-    /// Its length.
-    pub fn length(&self) -> f64 {
-        self.dot(self).sqrt()
-    }
-
-    /// The direction times a factor.
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            loop_part: &self.loop_part * factor,
-            value_part: self.value_part * factor,
-        }
-    }
-
-    /// The sum of two.
-    pub fn plus(&self, other: &Self) -> Self {
-        Self {
-            loop_part: &self.loop_part + &other.loop_part,
-            value_part: self.value_part + other.value_part,
-        }
-    }
-
     /// The direction of the parameter alone.
     pub fn of_value(unknowns: usize) -> Self {
         Self {
@@ -117,23 +97,48 @@ impl BranchDirection {
         }
     }
 
-    /// The row whose product with all unknowns is [`dot`](Self::dot) with this direction.
-    pub fn row(&self) -> DVector<f64> {
-        let count = self.loop_part.len().max(1) as f64;
-        (&self.loop_part / count).push(self.value_part)
-    }
-
     /// All its numbers, the parameter last.
     pub fn numbers(&self) -> DVector<f64> {
         self.loop_part.clone().push(self.value_part)
     }
+}
 
-    /// The direction of a list of all numbers, the parameter last.
-    pub fn of(numbers: &DVector<f64>) -> Self {
+impl ScaledDirection for BranchDirection {
+    fn of(numbers: &DVector<f64>) -> Self {
         let last = numbers.len() - 1;
         Self {
             loop_part: numbers.rows(0, last).into_owned(),
             value_part: numbers[last],
         }
+    }
+
+    /// The mean over the unknowns of the loop, so that steps of loops with many instants are as long, plus the product of the parts in
+    /// the parameter.
+    fn dot(&self, other: &Self) -> f64 {
+        let count = self.loop_part.len().max(1) as f64;
+        self.loop_part.dot(&other.loop_part) / count + self.value_part * other.value_part
+    }
+
+    fn row(&self) -> DVector<f64> {
+        let count = self.loop_part.len().max(1) as f64;
+        (&self.loop_part / count).push(self.value_part)
+    }
+
+    fn scaled(&self, factor: f64) -> Self {
+        Self {
+            loop_part: &self.loop_part * factor,
+            value_part: self.value_part * factor,
+        }
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self {
+            loop_part: &self.loop_part + &other.loop_part,
+            value_part: self.value_part + other.value_part,
+        }
+    }
+
+    fn unit(&self) -> Self {
+        self.scaled(1.0 / self.length())
     }
 }

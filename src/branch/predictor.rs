@@ -1,10 +1,11 @@
 //! A step along a branch: the predictor along the tangent, then the corrector (theory 19).
 
-use crate::branch::corrector::{Attempt, CorrectedPoint, attempted};
 use crate::branch::equations::{BasePoint, Equations};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::zero_problem::CorrectedPoint;
+use crate::continuation::{Attempt, stepped, stepped_to};
 use crate::orbit::PeriodicOrbit;
 
 /// A point of a branch that was accepted, with its orbit and its test functions.
@@ -38,28 +39,15 @@ impl AcceptedPoint {
 /// A step along a branch: its predictor and corrector.
 pub(super) fn step_to(
     problem: &BranchProblem<'_>,
-    (place, equations, tangent): BasePoint<'_>,
+    base: BasePoint<'_>,
     target: StepTarget,
 ) -> Attempt<CorrectedPoint> {
-    let (length, normal) = match target {
-        StepTarget::Length(length) => (length, tangent.clone()),
+    match target {
+        StepTarget::Length(length) => stepped(problem, base, length),
         StepTarget::Value(value) => {
+            let (place, _, tangent) = base;
             let ahead = (value - place.value) / problem.span();
-            let by_value = BranchDirection::of_value(tangent.loop_part.len());
-            (ahead / tangent.value_part, by_value)
+            stepped_to(problem, base, ahead / tangent.value_part, (0, value))
         }
-    };
-    let moved = problem.moved(place, equations, &tangent.scaled(length));
-    let mut moved = match attempted(moved, place.value)? {
-        Ok(place) => place,
-        Err(failure) => return Ok(Err(failure)),
-    };
-    if let StepTarget::Value(value) = target {
-        moved.value = value;
     }
-    let mut found = problem.corrected(moved, &normal)?;
-    if let (Ok(settled), StepTarget::Value(value)) = (&mut found, target) {
-        settled.place.value = value;
-    }
-    Ok(found)
 }

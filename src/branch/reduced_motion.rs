@@ -7,6 +7,7 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::release_onset::release_onset;
 use crate::branch::shooting_nodes::{ShootingNode, as_loop, period, rebuilt, turned};
 use crate::branch::simulated::simulated;
+use crate::continuation::corrected;
 use crate::error::Result;
 use crate::law::{Stage, Transition};
 use crate::orbit::PeriodicOrbit;
@@ -45,8 +46,8 @@ pub(super) fn reduced_motion<'a>(
 ) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
     if let Some((rest, at)) = without(problem, place, instant)? {
         let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
-        if let Ok(settled) = rest.corrected(at, &by_value)? {
-            return Ok(Some((rest, settled.place)));
+        if let Ok(settled) = corrected(&rest, at, &by_value)? {
+            return Ok(Some((rest, settled.iterate)));
         }
     }
     reduced_by_simulation(problem, place)
@@ -107,8 +108,8 @@ fn reduced_by_simulation<'a>(
             && n_changes(&rest.signature.stages) < n_changes(&problem.signature.stages)
         {
             let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
-            if let Ok(settled) = rest.corrected(at, &by_value)? {
-                return Ok(Some((rest, settled.place)));
+            if let Ok(settled) = corrected(&rest, at, &by_value)? {
+                return Ok(Some((rest, settled.iterate)));
             }
         }
     }
@@ -173,13 +174,13 @@ fn zero_without(
         return Ok(None);
     };
     let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
-    let Ok(settled) = rest.corrected(at, &by_value)? else {
+    let Ok(settled) = corrected(&rest, at, &by_value)? else {
         return Ok(None);
     };
-    let base = (&settled.place, &settled.equations, &settled.tangent);
+    let base = settled.base();
     let number = |value: f64| -> Result<Option<f64>> {
         match step_to(&rest, base, StepTarget::Value(value))? {
-            Ok(there) => of(&rest, &there.place),
+            Ok(there) => of(&rest, &there.iterate),
             Err(_) => Ok(None),
         }
     };
@@ -204,7 +205,7 @@ fn zero_without(
             return Ok(Some(LocatedBorder {
                 value,
                 error: by.abs().max(f64::EPSILON * span),
-                orbit: rest.orbit(&there.place)?,
+                orbit: rest.orbit(&there.iterate)?,
             }));
         }
     }

@@ -1,8 +1,8 @@
 //! The result of a continuation: orbits over a parameter, their special points and ends.
 
-use crate::branch::end::BranchEnd;
 use crate::branch::multipliers::{is_free, n_outside, own_multipliers};
 use crate::branch::special::Special;
+use crate::continuation::BranchEnd;
 use crate::error::Result;
 use crate::orbit::{PeriodicOrbit, decides};
 

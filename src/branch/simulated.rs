@@ -5,6 +5,7 @@ use crate::branch::candidate::Candidate;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::{are_impacts, period};
+use crate::continuation::corrected;
 use crate::error::{Error, Result};
 use crate::law::Regime;
 use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_phase, with_shooting};
@@ -151,10 +152,10 @@ fn closed(
         return Ok(None);
     };
     let by_value = BranchDirection::of_value(own.n_unknowns(&at));
-    let Ok(settled) = own.corrected(at, &by_value)? else {
+    let Ok(settled) = corrected(&own, at, &by_value)? else {
         return Ok(None);
     };
-    let found = Candidate::at(&own, &settled.place, place.value)?;
+    let found = Candidate::at(&own, &settled.iterate, place.value)?;
     Ok(Some(found).filter(|own| own.orbit.is_admissible() != Some(false)))
 }
 

@@ -2,7 +2,6 @@
 
 use crate::branch::beyond_boundary::orbit_beyond_boundary;
 use crate::branch::candidate::Candidate;
-use crate::branch::corrector::directions;
 use crate::branch::energy::energy_at;
 use crate::branch::landing::with_landing_change;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
@@ -14,6 +13,8 @@ use crate::branch::shooting_nodes::{period, turned};
 use crate::branch::simulated::simulated_beyond;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::touch::TouchingLoop;
+use crate::branch::zero_problem::directions;
+use crate::continuation::{ScaledDirection, corrected};
 use crate::error::{Error, Result};
 use crate::law::Transition;
 use crate::linalg::rank;
@@ -40,7 +41,7 @@ const MOST_NEARER_ORBITS: i32 = 3;
 /// first. What is not found near the point is left out.
 ///
 /// # Errors
-/// As [`continuation`](crate::continuation).
+/// As [`continuation`](fn@crate::continuation).
 ///
 /// # References
 /// Theory section 19, "Switching"; A. B. Nordmark, J. Sound Vib. 145 (1991) 279.
@@ -192,7 +193,7 @@ fn crossed(
     let parts = plane.tr_mul(&weight);
     // The direction in the plane that is orthogonal to the tangent.
     let across = BranchDirection::of(&(&plane * dvector![-parts[1], parts[0]]));
-    let across = across.scaled(1.0 / across.length());
+    let across = across.unit();
     let mut found = Vec::new();
     for side in [1.0, -1.0] {
         let moved = |aside: f64| problem.moved(place, &equations, &across.scaled(side * aside));
@@ -212,13 +213,13 @@ fn found_aside(
         let to = moved(aside)?;
         let chord = problem.between(at, &to);
         let length = chord.length();
-        if let Ok(settled) = problem.corrected(to.clone(), &chord.scaled(1.0 / length))? {
-            let off = problem.between(&to, &settled.place);
+        if let Ok(settled) = corrected(problem, to.clone(), &chord.unit())? {
+            let off = problem.between(&to, &settled.iterate);
             if off.length() < length {
-                let one = problem.one_round(&settled.place)?;
+                let one = problem.one_round(&settled.iterate)?;
                 let (problem, place) = one
                     .as_ref()
-                    .map_or((problem, &settled.place), |(problem, place)| {
+                    .map_or((problem, &settled.iterate), |(problem, place)| {
                         (problem, place)
                     });
                 return Candidate::at(problem, place, at.value).map(Some);
@@ -292,8 +293,8 @@ fn with_speed(touched: &TouchingLoop<'_>) -> Result<Option<Candidate>> {
                 return Ok(None);
             };
             let by_value = BranchDirection::of_value(other.n_unknowns(&at));
-            match other.corrected(at, &by_value)? {
-                Ok(settled) => Candidate::at(&other, &settled.place, place.value).map(Some),
+            match corrected(&other, at, &by_value)? {
+                Ok(settled) => Candidate::at(&other, &settled.iterate, place.value).map(Some),
                 Err(_) => Ok(None),
             }
         }
@@ -319,9 +320,9 @@ fn sped_up(
     for _ in 0..MOST_ASIDE_HALVINGS {
         let from = (place, &equations, tangent);
         if let Ok(settled) = step_to(problem, from, StepTarget::Length(length))?
-            && problem.approach(&settled.place, instant)? > 0.0
+            && problem.approach(&settled.iterate, instant)? > 0.0
         {
-            return Ok(Some(settled.place));
+            return Ok(Some(settled.iterate));
         }
         length *= 0.5;
     }
@@ -352,13 +353,13 @@ fn lost(
         return Ok(Vec::new());
     };
     let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
-    let Ok(settled) = rest.corrected(at, &by_value)? else {
+    let Ok(settled) = corrected(&rest, at, &by_value)? else {
         return Ok(Vec::new());
     };
     let (rest, at) = if rest.signature.images.is_some() {
-        rest.whole(&settled.place)?
+        rest.whole(&settled.iterate)?
     } else {
-        (rest, settled.place)
+        (rest, settled.iterate)
     };
     let (rest, at) = rest.one_round(&at)?.unwrap_or((rest, at));
     let mut found: Vec<Candidate> = beside(&rest, &at, 1.0)?.into_iter().collect();
@@ -374,7 +375,7 @@ fn beside(
     first: f64,
 ) -> Result<Option<Candidate>> {
     let by_value = BranchDirection::of_value(problem.n_unknowns(place));
-    let Ok(settled) = problem.corrected(place.clone(), &by_value)? else {
+    let Ok(settled) = corrected(problem, place.clone(), &by_value)? else {
         return Ok(None);
     };
     let mut found = None;
@@ -383,11 +384,10 @@ fn beside(
         .flat_map(|k| [first, -first].map(|side| side * NEARER_BOUNDARY_FACTOR.powi(k)));
     for side in near {
         let value = place.value + side * BEYOND_BOUNDARY_DISTANCE * problem.span();
-        let from = (&settled.place, &settled.equations, &settled.tangent);
-        let Ok(there) = step_to(problem, from, StepTarget::Value(value))? else {
+        let Ok(there) = step_to(problem, settled.base(), StepTarget::Value(value))? else {
             continue;
         };
-        let own = Candidate::at(problem, &there.place, place.value)?;
+        let own = Candidate::at(problem, &there.iterate, place.value)?;
         if own.orbit.is_admissible() != Some(false) {
             return Ok(Some(own));
         }
@@ -455,12 +455,12 @@ fn swapped(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option
     let n_periods = problem.signature.n_periods;
     let (other, at) = problem.with_instants(past.value, instants, (whole, n_periods))?;
     let by_value = BranchDirection::of_value(other.n_unknowns(&at));
-    let Ok(settled) = other.corrected(at.clone(), &by_value)? else {
+    let Ok(settled) = corrected(&other, at.clone(), &by_value)? else {
         return Ok(None);
     };
-    let off = other.between(&at, &settled.place);
+    let off = other.between(&at, &settled.iterate);
     if off.length() > ASIDE_LENGTH {
         return Ok(None);
     }
-    Candidate::at(&other, &settled.place, place.value).map(Some)
+    Candidate::at(&other, &settled.iterate, place.value).map(Some)
 }

@@ -1,158 +1,144 @@
-//! One half of a branch, step by step from its first point to its end (theory 19).
+//! What is done at each step of a branch (theory 19).
 
-use crate::branch::advance::{StepOutcome, advance};
+use crate::branch::advance::{BranchOutcome, advance};
 use crate::branch::bifurcations::bifurcations;
 use crate::branch::collapse::{ended, meeting, named};
-use crate::branch::corrector::{CorrectionFailure, directions, tangent};
-use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::half_branch::HalfBranch;
 use crate::branch::options::ContinuationOptions;
-use crate::branch::parametric_loop::ParametricLoop;
+use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::Special;
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::zero_problem::directions;
+use crate::continuation::{
+    BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, Walk, tangent,
+};
 use crate::error::{Error, Result, digits};
-use crate::tolerance::{CLOSED_BRANCH_DIRECTION, OUTGROWN_UNITS};
+use crate::tolerance::OUTGROWN_UNITS;
 use std::ops::ControlFlow;
 
-/// Follows a branch from a point, which is not among the points returned, along its tangent.
-pub(super) fn walk(
-    problem: &BranchProblem<'_>,
-    begun: &AcceptedPoint,
-    options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<HalfBranch<AcceptedPoint, Special>> {
-    let mut points: Vec<AcceptedPoint> = Vec::new();
-    let mut special = Vec::new();
-    let [smallest, usual, largest] = options.steps;
-    let mut step = usual;
-    let mut farthest = 0.0f64;
-    let broken_off = |at: &AcceptedPoint| {
-        let detail = format!("broken off at {}", digits(at.place.value));
-        BranchEnd::new(EndReason::Interrupted, detail)
-    };
-    let (problem, mut first) = (&mut problem.clone(), begun.clone());
-    let end = loop {
-        let from = points.last().unwrap_or(&first);
-        if points.len() >= options.max_points {
-            let detail = format!("{} points were asked for", options.max_points);
-            break BranchEnd::new(EndReason::Points, detail);
+/// A branch that is followed.
+pub(super) struct BranchWalk<'a, 'o> {
+    pub problem: BranchProblem<'a>,
+    pub options: &'o ContinuationOptions,
+    pub observer: &'o mut dyn FnMut(f64) -> ControlFlow<()>,
+    /// The end of the range, if the last step was to lead there.
+    pub reached: Option<f64>,
+}
+
+impl Walk for BranchWalk<'_, '_> {
+    type Point = AcceptedPoint;
+    type Iterate = ParametricLoop;
+    type Direction = BranchDirection;
+    type Special = Special;
+
+    fn step(
+        &mut self,
+        first: &mut AcceptedPoint,
+        points: &mut [AcceptedPoint],
+        length: f64,
+    ) -> Result<BranchOutcome> {
+        let from = points.last().unwrap_or(first);
+        if (self.observer)(from.place.value).is_break() {
+            return Ok(StepOutcome::end(broken_off(from)));
         }
-        if observer(from.place.value).is_break() {
-            break broken_off(from);
+        self.reached = reaches(&self.problem, from, length);
+        if let Some(end) = self.reached.filter(|&end| end == from.place.value) {
+            return Ok(StepOutcome::end(at_end(end)));
         }
-        let reached = reaches(problem, from, step);
-        if let Some(end) = reached.filter(|&end| end == from.place.value) {
-            break at_end(end);
-        }
-        let target = reached.map_or(StepTarget::Length(step), StepTarget::Value);
-        let refused = match advance(problem, from, target, options.beyond) {
-            Err(Error::Interrupted) => break broken_off(from),
-            Err(error) => return Err(error),
-            Ok(StepOutcome::End(last, found, end)) => {
-                special.extend(found);
-                points.extend(last.map(|last| *last));
-                break end;
-            }
-            Ok(StepOutcome::Accepted(own, found, factor)) => {
-                let turns = problem.turns(&first.place, &own.place);
-                let begun = first.place.turned(turns);
-                let home = problem.between(&begun, &own.place);
-                let away = home.length();
-                let has_closed = farthest > 2.0 * step
-                    && away < step
-                    && first.tangent.dot(&own.tangent) > CLOSED_BRANCH_DIRECTION;
-                farthest = farthest.max(away);
-                let is_past = has_closed && first.tangent.dot(&home) > 0.0;
-                if !is_past {
-                    special.extend(found);
-                    points.push(rescaled(problem, *own)?);
-                }
-                if has_closed {
-                    let from = points.last().unwrap_or(&first);
-                    let (last, found) = closing(problem, from, (&first, begun))?;
-                    special.extend(found);
-                    points.push(last);
-                    let detail = "it came back to where it began".to_owned();
-                    break BranchEnd::new(EndReason::Closed, detail);
-                }
-                let found = points.last().map_or(Ok(None), |own| ended(problem, own))?;
-                if let Some((end, met)) = found {
-                    special.extend(met);
-                    break end;
-                }
-                // A step that ended at a boundary before has not reached the end of the range.
-                let now = points.last().map(|own| own.place.value);
-                if let Some(end) = reached.filter(|&end| now == Some(end)) {
-                    break at_end(end);
-                }
-                step = (step * factor).clamp(smallest, largest);
-                continue;
-            }
+        let target = self
+            .reached
+            .map_or(StepTarget::Length(length), StepTarget::Value);
+        match advance(&self.problem, from, target, self.options.beyond) {
+            Err(Error::Interrupted) => Ok(StepOutcome::end(broken_off(from))),
             // Where the mirror image of half the motion is not its other half any more, the branch goes on with the whole period.
-            Ok(StepOutcome::Refused(CorrectionFailure::NotOdd { .. }))
-                if options.symmetric.is_none() =>
+            Ok(StepOutcome::Refused(StepFailure::NotOdd { .. }))
+                if self.options.symmetric.is_none() =>
             {
-                if let Some(end) = go_on_whole(problem, &mut first, &mut points)? {
-                    break end;
-                }
-                continue;
+                let end = go_on_whole(&mut self.problem, first, points)?;
+                Ok(end.map_or(StepOutcome::Changed, StepOutcome::end))
             }
-            Ok(StepOutcome::Refused(failure)) => {
-                (failure.end(), failed_instant(problem, from, &failure))
-            }
-            Ok(StepOutcome::Distrusted(end)) => (end, None),
-        };
-        if step <= smallest {
-            let (end, instant) = refused;
-            let met = meeting(problem, (from, &points), instant, step * problem.span())?;
-            let end = match &met {
-                Some(_) => BranchEnd::new(EndReason::Boundary, end.detail),
-                None => end,
-            };
-            let end = named(end, met.as_ref());
-            special.extend(met);
-            break end;
+            outcome => outcome,
         }
-        step = (0.5 * step).max(smallest);
-    };
-    Ok(HalfBranch {
-        points,
-        special,
-        end,
-    })
+    }
+
+    fn tangent<'p>(&self, own: &'p AcceptedPoint) -> &'p BranchDirection {
+        &own.tangent
+    }
+
+    fn home_from(
+        &self,
+        first: &AcceptedPoint,
+        own: &AcceptedPoint,
+    ) -> (ParametricLoop, BranchDirection) {
+        let turns = self.problem.turns(&first.place, &own.place);
+        let begun = first.place.turned(turns);
+        let home = self.problem.between(&begun, &own.place);
+        (begun, home)
+    }
+
+    fn kept(&mut self, own: AcceptedPoint) -> Result<AcceptedPoint> {
+        rescaled(&mut self.problem, own)
+    }
+
+    fn ended(&self, own: &AcceptedPoint) -> Result<Option<(Option<Special>, BranchEnd)>> {
+        if let Some((end, met)) = ended(&self.problem, own)? {
+            return Ok(Some((met, end)));
+        }
+        // A step that ended at a boundary before has not reached the end of the range.
+        let reached = self.reached.filter(|&end| end == own.place.value);
+        Ok(reached.map(|end| (None, at_end(end))))
+    }
+
+    fn closed(
+        &self,
+        from: &AcceptedPoint,
+        (first, place): (&AcceptedPoint, ParametricLoop),
+        _: Vec<Special>,
+    ) -> Result<(AcceptedPoint, Vec<Special>)> {
+        let chord = self.problem.between(&from.place, &place);
+        let last = AcceptedPoint {
+            arclength: from.arclength + chord.length(),
+            place,
+            ..first.clone()
+        };
+        let special = bifurcations(&self.problem, from, &last, from.tangent.dot(&chord))?;
+        Ok((last, special))
+    }
+
+    fn refused(
+        &self,
+        (from, points): (&AcceptedPoint, &[AcceptedPoint]),
+        failure: StepFailure,
+        length: f64,
+    ) -> Result<(Option<Special>, BranchEnd)> {
+        let problem = &self.problem;
+        let instant = failed_instant(problem, from, &failure);
+        let end = failure.end();
+        let met = meeting(problem, (from, points), instant, length * problem.span())?;
+        let end = match &met {
+            Some(_) => BranchEnd::new(EndReason::Boundary, end.detail),
+            None => end,
+        };
+        let end = named(end, met.as_ref());
+        Ok((met, end))
+    }
 }
 
 /// The instant whose flight or stick has no duration left, if that is why the corrector failed.
 fn failed_instant(
     problem: &BranchProblem<'_>,
     from: &AcceptedPoint,
-    failure: &CorrectionFailure,
+    failure: &StepFailure,
 ) -> Option<usize> {
     match failure {
-        CorrectionFailure::Met { instant, .. } => Some(*instant),
-        CorrectionFailure::NoRest { .. } => problem.last_stick(&from.place),
-        CorrectionFailure::Stalled { .. }
-        | CorrectionFailure::NotOdd { .. }
-        | CorrectionFailure::NoScene(_) => None,
+        StepFailure::Met { instant, .. } => Some(*instant),
+        StepFailure::NoRest { .. } => problem.last_stick(&from.place),
+        StepFailure::Stalled { .. }
+        | StepFailure::NotOdd { .. }
+        | StepFailure::NoScene(_)
+        | StepFailure::Distrusted(_) => None,
     }
-}
-
-/// The first point again as the last one of a closed branch, and the special points between.
-fn closing(
-    problem: &BranchProblem<'_>,
-    from: &AcceptedPoint,
-    (first, place): (&AcceptedPoint, ParametricLoop),
-) -> Result<(AcceptedPoint, Vec<Special>)> {
-    let chord = problem.between(&from.place, &place);
-    let last = AcceptedPoint {
-        arclength: from.arclength + chord.length(),
-        place,
-        ..first.clone()
-    };
-    let special = bifurcations(problem, from, &last, from.tangent.dot(&chord))?;
-    Ok((last, special))
 }
 
 /// Replaces the loops of half a period by whole ones from the last point on; the end of the branch where these have no tangent.
@@ -164,7 +150,7 @@ fn go_on_whole(
     let from = points.last().unwrap_or(first);
     let Some((whole, there)) = unfolded(problem, from)? else {
         let value = from.place.value;
-        return Ok(Some(CorrectionFailure::NotOdd { value }.end()));
+        return Ok(Some(StepFailure::NotOdd { value }.end()));
     };
     if let Some((_, begun)) = unfolded(problem, first)? {
         *first = begun;
@@ -236,6 +222,12 @@ fn rescaled(problem: &mut BranchProblem<'_>, own: AcceptedPoint) -> Result<Accep
         tangent,
         ..own
     })
+}
+
+/// The end of a branch that the observer interrupts.
+fn broken_off(at: &AcceptedPoint) -> BranchEnd {
+    let detail = format!("broken off at {}", digits(at.place.value));
+    BranchEnd::new(EndReason::Interrupted, detail)
 }
 
 /// The end of a branch at an end of its range.

@@ -5,7 +5,7 @@ use crate::sources::{code, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 22] = [
+const LAYERS: [&[&str]; 23] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["law"],
@@ -19,6 +19,7 @@ const LAYERS: [&[&str]; 22] = [
     &["recurrence"],
     &["simulate"],
     &["orbit"],
+    &["continuation"],
     &["section"],
     &["exponents"],
     &["sweep"],

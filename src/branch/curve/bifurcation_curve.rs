@@ -1,15 +1,16 @@
 //! `bifurcation_curve`: from a special point to the curve in the plane of two numbers on which it lies.
 
 use crate::branch::curve::condition::Condition;
-use crate::branch::curve::corrector::weighted;
+use crate::branch::curve::direction::CurveDirection;
 use crate::branch::curve::point::AcceptedCurvePoint;
-use crate::branch::curve::predictor::stepped_to;
+use crate::branch::curve::predictor::step_to_number;
 use crate::branch::curve::problem::{CurveProblem, TwoParameterLoop};
 use crate::branch::curve::result::{BifurcationCurve, CurvePoint};
 use crate::branch::curve::start::{CurveOf, begun};
-use crate::branch::curve::walk::walk;
+use crate::branch::curve::walk::CurveWalk;
 use crate::branch::half_branch::both_halves;
 use crate::branch::options::{ContinuationOptions, check_range};
+use crate::continuation::{ScaledDirection, ZeroProblem, corrected, walk};
 use crate::error::{Error, Result, digits};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene, start_of, with_value};
@@ -24,7 +25,7 @@ use std::ops::ControlFlow;
 /// reach the other there. It is followed wherever its equations go: whether its orbits keep the rules of contact is said by each.
 ///
 /// # Errors
-/// A crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](crate::continuation), with
+/// A crossing, a chatter border and a rise, which have no equation here; otherwise as [`continuation`](fn@crate::continuation), with
 /// a pair of numbers, of ranges and of values.
 ///
 /// # References
@@ -113,8 +114,12 @@ pub fn bifurcation_curve_of(
     let first = first_point(&plane, iterate)?;
     let joined = both_halves(&first, options.heading, |sign| {
         let mut first = first.clone();
-        first.found.tangent *= sign;
-        walk(&plane, &first, options, observer)
+        first.found.tangent = first.found.tangent.scaled(sign);
+        let mut walker = CurveWalk {
+            plane: &plane,
+            observer,
+        };
+        walk(&mut walker, first, options.steps, options.max_points)
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| CurvePoint {
         arclength: sign * own.arclength,
@@ -143,7 +148,7 @@ pub fn bifurcation_curve_of(
 
 /// The point of the curve at the special point, its tangent towards larger first numbers.
 fn first_point(plane: &CurveProblem<'_>, iterate: TwoParameterLoop) -> Result<AcceptedCurvePoint> {
-    let at = plane.conditions(&iterate)?;
+    let at = plane.linearise(&iterate, None)?;
     let (rows, columns) = at.matrix.shape();
     if rows + 1 != columns {
         let rule =
@@ -152,21 +157,20 @@ fn first_point(plane: &CurveProblem<'_>, iterate: TwoParameterLoop) -> Result<Ac
     }
     let start = [iterate.place.value, iterate.second];
     let null = rank::weakest(&at.matrix, 1)?.column(0).into_owned();
-    let normal = weighted(&null);
-    let Ok(mut found) = plane.corrected(iterate, &normal)? else {
+    let Ok(mut found) = corrected(plane, iterate, &CurveDirection(null))? else {
         let rule = "the equations of its curve are singular at it: more than one thing happens there, and no curve begins";
         return Err(Error::bad_value("special", digits(start[0]), rule));
     };
     // The numbers of a special point are known better than its orbit: the number that changes more along the curve keeps its value.
-    let numbers = found.tangent.rows(columns - 2, 2).abs();
+    let numbers = found.tangent.numbers().abs();
     let axis = numbers.imax();
     if numbers[axis] > 0.0
-        && let Ok(there) = stepped_to(plane, &found, &found.tangent, 0.0, (axis, start[axis]))?
+        && let Ok(there) = step_to_number(plane, &found, 0.0, (axis, start[axis]))?
     {
         found = there;
     }
-    if found.tangent[columns - 2] < 0.0 {
-        found.tangent.neg_mut();
+    if found.tangent.numbers()[0] < 0.0 {
+        found.tangent = found.tangent.scaled(-1.0);
     }
     AcceptedCurvePoint::at(plane, found, 0.0)
 }

@@ -2,20 +2,21 @@
 //! be broken (theory 20).
 
 use crate::branch::curve::condition::Condition;
-use crate::branch::curve::corrector::{CorrectedCurvePoint, length, weighted};
 use crate::branch::curve::point::{AcceptedCurvePoint, test_values};
-use crate::branch::curve::predictor::{chord, stepped};
+use crate::branch::curve::predictor::chord;
 use crate::branch::curve::problem::CurveProblem;
 use crate::branch::curve::result::CurvePoint;
-use crate::branch::locator::{MOST_BISECTIONS, TestEvaluation, locate_zero};
+use crate::branch::curve::zero_problem::CorrectedCurvePoint;
 use crate::branch::special::{SpecialKind, breach_kind};
+use crate::continuation::{
+    ChangeBracket, ScaledDirection, evaluated, locate_change, locate_zero, stepped,
+};
 use crate::error::Result;
 use crate::orbit::{Breach, Rule};
 use crate::tolerance::{
     BRANCH_BOUNDARY_LENGTH, CUSP_RATE, RESONANT_GRAZE_SPEED, SAME_CURVE_POINT, SHALLOW_PASSAGE,
     TEST_FUNCTION_JUMP,
 };
-use nalgebra::{DVector, Vector2};
 
 /// A step of a curve from a point to another.
 struct CurveStep<'a> {
@@ -38,7 +39,7 @@ pub(super) fn passed(
         plane,
         from,
         to,
-        length: length(&chord(plane, &from.found.iterate, &to.found.iterate)),
+        length: chord(plane, &from.found.iterate, &to.found.iterate).length(),
     };
     let mut found = Vec::new();
     for (k, (kind, after)) in to.test_values.iter().enumerate() {
@@ -78,19 +79,7 @@ pub(super) fn passed(
     Ok(found)
 }
 
-/// The part of a tangent in both numbers.
-fn of_numbers(tangent: &DVector<f64>) -> Vector2<f64> {
-    let last = tangent.len() - 1;
-    Vector2::new(tangent[last - 1], tangent[last])
-}
-
 impl CurveStep<'_> {
-    /// The point at an arclength of the step, if the corrector reaches it.
-    fn at(&self, along: f64) -> Result<Option<CorrectedCurvePoint>> {
-        let (from, normal) = (&self.from.found, &weighted(&self.from.found.tangent));
-        Ok(stepped(self.plane, from, &from.tangent, along, normal)?.ok())
-    }
-
     /// The zero of a test function with the given values at both ends; the end of the step if it is not located.
     fn zero(
         &self,
@@ -98,14 +87,9 @@ impl CurveStep<'_> {
         value: &dyn Fn(&CorrectedCurvePoint) -> Result<f64>,
     ) -> Result<CurveZero> {
         let mut point = |along: f64| {
-            let Some(there) = self.at(along)? else {
-                return Ok(None);
-            };
-            Ok(Some(TestEvaluation {
-                parameter: along,
-                value: value(&there)?,
-                point: there,
-            }))
+            evaluated(self.plane, self.from.found.base(), along, |there| {
+                Ok(Some((along, value(there)?)))
+            })
         };
         let zero = locate_zero([self.length, before, after], 1.0, &mut point)?;
         let (found, along, error) = match zero {
@@ -114,7 +98,7 @@ impl CurveStep<'_> {
         };
         // The errors of both numbers follow from the error in arclength by their rates along the step.
         let tangents = [&self.from.found.tangent, &found.tangent];
-        let rates = tangents.map(|tangent| of_numbers(tangent).abs());
+        let rates = tangents.map(|tangent| tangent.numbers().abs());
         let rates = rates[0].sup(&rates[1]);
         let known = |axis: usize| error * rates[axis] * self.plane.span(axis);
         Ok((found, along, [known(0), known(1)]))
@@ -139,15 +123,15 @@ impl CurveStep<'_> {
 
     /// The cusp on the step, where two folds meet: both numbers stand still there, and go back.
     fn cusp(&self) -> Result<Option<(CurvePoint, CorrectedCurvePoint)>> {
-        let before = of_numbers(&self.from.found.tangent);
-        let after = of_numbers(&self.to.found.tangent);
+        let before = self.from.found.tangent.numbers();
+        let after = self.to.found.tangent.numbers();
         if self.plane.condition != Condition::Multiplier(1.0) || before.dot(&after) >= 0.0 {
             return Ok(None);
         }
         let direction = before.normalize();
-        let value = |there: &CorrectedCurvePoint| Ok(of_numbers(&there.tangent).dot(&direction));
+        let value = |there: &CorrectedCurvePoint| Ok(there.tangent.numbers().dot(&direction));
         let there = self.zero([before.norm(), after.dot(&direction)], &value)?;
-        let left = of_numbers(&there.0.tangent).norm();
+        let left = there.0.tangent.numbers().norm();
         if left > CUSP_RATE * before.norm().max(after.norm()) {
             return Ok(None);
         }
@@ -170,23 +154,20 @@ impl CurveStep<'_> {
         }) {
             return Ok(None);
         }
-        let (mut low, mut high) = (0.0, self.length);
-        let (mut before, mut after) = (self.from.found.clone(), self.to.found.clone());
-        for _ in 0..MOST_BISECTIONS {
-            if high - low <= BRANCH_BOUNDARY_LENGTH {
-                break;
-            }
-            let middle = 0.5 * (low + high);
-            let Some(there) = self.at(middle)? else {
-                break;
+        let mut aim =
+            |own: &ChangeBracket<CorrectedCurvePoint>| Ok(0.5 * (own.ends[0] + own.ends[1]));
+        let mut at = |along: f64| {
+            let Ok(there) = stepped(plane, self.from.found.base(), along)? else {
+                return Ok(None);
             };
             let orbit = plane.orbit(&there.iterate)?;
-            if plane.is_virtual(&there.iterate, &orbit)? == self.from.is_virtual {
-                (low, before) = (middle, there);
-            } else {
-                (high, after) = (middle, there);
-            }
-        }
+            let is_before = plane.is_virtual(&there.iterate, &orbit)? == self.from.is_virtual;
+            Ok(Some((there, is_before)))
+        };
+        let bracket = locate_change(self.length, BRANCH_BOUNDARY_LENGTH, &mut aim, &mut at)?;
+        let [before, after] = bracket.points;
+        let before = before.unwrap_or_else(|| self.from.found.clone());
+        let after = after.unwrap_or_else(|| self.to.found.clone());
         let (kept, broken) = if self.from.is_virtual {
             (&after, &before)
         } else {
@@ -207,6 +188,7 @@ impl CurveStep<'_> {
             off(before.iterate.place.value, after.iterate.place.value),
             off(before.iterate.second, after.iterate.second),
         ];
-        self.special(kind, (before, low, error)).map(Some)
+        self.special(kind, (before, bracket.ends[0], error))
+            .map(Some)
     }
 }

@@ -3,13 +3,14 @@
 mod bifurcation_curve;
 mod codimension_two;
 mod condition;
-mod corrector;
+mod direction;
 mod point;
 mod predictor;
 mod problem;
 mod result;
 mod start;
 mod walk;
+mod zero_problem;
 
 pub use bifurcation_curve::{bifurcation_curve, bifurcation_curve_of};
 pub use result::{BifurcationCurve, CurvePoint};

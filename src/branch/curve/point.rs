@@ -1,8 +1,8 @@
 //! A point of a curve that was accepted, and its test functions, which tell by their signs what else happens on the curve (theory 20).
 
 use crate::branch::curve::condition::Condition;
-use crate::branch::curve::corrector::CorrectedCurvePoint;
 use crate::branch::curve::problem::CurveProblem;
+use crate::branch::curve::zero_problem::CorrectedCurvePoint;
 use crate::branch::equations::Equations;
 use crate::branch::multipliers::{own_multipliers, pair_of_product_one};
 use crate::branch::parametric_loop::ParametricLoop;
@@ -48,7 +48,7 @@ pub(super) fn test_values(
 ) -> Result<Vec<(&'static str, f64)>> {
     let iterate = &found.iterate;
     let place = &iterate.place;
-    let at = (place, Some(&found.conditions.first));
+    let at = (place, Some(&found.equations.first));
     plane.along(0, iterate, |problem| {
         let test = |multiplier: f64| problem.multiplier_test(at, multiplier);
         let speeds = problem.approaches(place)?.into_iter();

@@ -64,24 +64,24 @@ pub(super) struct DefiningSystem {
     /// How far the loop is from closing, in parts of the motion's size \[-\].
     pub mismatch: f64,
     pub first: Equations,
-    second: ParameterDerivative,
+    pub second: ParameterDerivative,
     /// The gradient of the condition, where that is a row beside those of the loop.
-    gradient: Option<ConditionGradient>,
+    pub gradient: Option<ConditionGradient>,
 }
 
 /// The gradient of the condition by all unknowns, divided by its largest entry `size`; and the unit in which the condition was taken.
 #[derive(Clone)]
-struct ConditionGradient {
+pub(super) struct ConditionGradient {
     row: DVector<f64>,
     size: f64,
-    unit: f64,
+    pub unit: f64,
 }
 
 /// A rule of differences: the derivative at zero of a function whose value there is known.
-type DifferenceRule<'a> = &'a dyn Fn(&dyn Fn(f64) -> Result<f64>, f64) -> Result<f64>;
+pub(super) type DifferenceRule<'a> = &'a dyn Fn(&dyn Fn(f64) -> Result<f64>, f64) -> Result<f64>;
 
 /// The forward difference, the backward one where the scene refuses the value ahead.
-fn ahead(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
+pub(super) fn ahead(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
     match of(CONDITION_STEP) {
         Err(Error::BadValue { .. }) => Ok((value - of(-CONDITION_STEP)?) / CONDITION_STEP),
         above => Ok((above? - value) / CONDITION_STEP),
@@ -89,7 +89,7 @@ fn ahead(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
 }
 
 /// The central difference, a one-sided one where the scene refuses a value.
-fn central(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
+pub(super) fn central(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
     Ok(match (of(CONDITION_STEP), of(-CONDITION_STEP)) {
         (Err(Error::BadValue { .. }), below) => (value - below?) / CONDITION_STEP,
         (above, Err(Error::BadValue { .. })) => (above? - value) / CONDITION_STEP,
@@ -99,7 +99,7 @@ fn central(of: &dyn Fn(f64) -> Result<f64>, value: f64) -> Result<f64> {
 
 impl DefiningSystem {
     /// The system of the loop alone.
-    fn of_loop(first: Equations, second: ParameterDerivative) -> Self {
+    pub fn of_loop(first: Equations, second: ParameterDerivative) -> Self {
         let last = first.rows.ncols();
         let mut matrix = first.all_columns().insert_column(last + 1, 0.0);
         matrix.set_column(last + 1, &second.column);
@@ -114,7 +114,7 @@ impl DefiningSystem {
     }
 
     /// Adds the row of the condition, which has a value.
-    fn with(mut self, value: f64, gradient: ConditionGradient) -> Self {
+    pub fn with(mut self, value: f64, gradient: ConditionGradient) -> Self {
         let below = self.matrix.nrows();
         self.matrix = self.matrix.insert_row(below, 0.0);
         self.matrix.set_row(below, &gradient.row.transpose());
@@ -215,25 +215,8 @@ impl CurveProblem<'_> {
         })
     }
 
-    /// The system at the first iterate of Newton's method, with forward differences of the condition.
-    pub fn conditions(&self, iterate: &TwoParameterLoop) -> Result<DefiningSystem> {
-        let nothing = &ParameterDerivative::default();
-        let bare = self.along(0, iterate, |problem| {
-            problem.equations_nearby(&iterate.place, nothing)
-        })?;
-        self.with_changes(iterate, bare, &ahead)
-    }
-
-    /// The system with its derivatives taken at the loop itself, by central differences.
-    pub fn renewed(
-        &self,
-        iterate: &TwoParameterLoop,
-        conditions: DefiningSystem,
-    ) -> Result<DefiningSystem> {
-        self.with_changes(iterate, conditions.first, &central)
-    }
-
-    fn with_changes(
+    /// The system with its derivatives taken at the loop itself, those of the condition by a rule of differences.
+    pub fn with_changes(
         &self,
         iterate: &TwoParameterLoop,
         bare: Equations,
@@ -248,7 +231,7 @@ impl CurveProblem<'_> {
             problem.renewed(&over_second, first.clone())
         })?;
         let loops = DefiningSystem::of_loop(first, second.by_value);
-        let Some((value, unit)) = self.value(iterate, Some(&loops.first), None)? else {
+        let Some((value, unit)) = self.condition_value(iterate, Some(&loops.first), None)? else {
             return Ok(loops);
         };
         let unknowns = loops.matrix.ncols();
@@ -257,8 +240,11 @@ impl CurveProblem<'_> {
             let by = |part: f64| -> Result<f64> {
                 let mut step = DVector::zeros(unknowns);
                 step[k] = part;
-                let there =
-                    self.value(&self.deviated(iterate, &loops, &step)?, None, Some(unit))?;
+                let there = self.condition_value(
+                    &self.shifted(iterate, &loops, &step, false)?,
+                    None,
+                    Some(unit),
+                )?;
                 Ok(there.map_or(f64::NAN, |(value, _)| value))
             };
             row[k] = rate(&by, value)?;
@@ -268,41 +254,8 @@ impl CurveProblem<'_> {
         Ok(loops.with(value, ConditionGradient { row, size, unit }))
     }
 
-    /// The system with the derivatives by both numbers, and those of the condition, of a loop nearby.
-    pub fn conditions_nearby(
-        &self,
-        iterate: &TwoParameterLoop,
-        near: &DefiningSystem,
-    ) -> Result<DefiningSystem> {
-        let first = self.along(0, iterate, |problem| {
-            problem.equations_nearby(&iterate.place, &near.first.by_value)
-        })?;
-        let loops = DefiningSystem::of_loop(first, near.second.clone());
-        let Some(gradient) = near.gradient.clone() else {
-            return Ok(loops);
-        };
-        let value = self.value(iterate, Some(&loops.first), Some(gradient.unit))?;
-        Ok(loops.with(value.map_or(f64::NAN, |(value, _)| value), gradient))
-    }
-
-    /// The system of a loop taken for that of one next to it.
-    pub fn conditions_at(
-        &self,
-        iterate: &TwoParameterLoop,
-        conditions: DefiningSystem,
-    ) -> Result<DefiningSystem> {
-        let DefiningSystem { first, .. } = conditions;
-        let first = self.along(0, iterate, |problem| {
-            problem.equations_at(&iterate.place, first)
-        })?;
-        Ok(DefiningSystem {
-            first,
-            ..conditions
-        })
-    }
-
     /// The value of the condition at a loop, and its unit: the given one, else its own.
-    fn value(
+    pub fn condition_value(
         &self,
         iterate: &TwoParameterLoop,
         equations: Option<&Equations>,
@@ -312,27 +265,8 @@ impl CurveProblem<'_> {
         self.along(0, iterate, |problem| condition.value(problem, at, unit))
     }
 
-    /// A loop corrected along a direction of all unknowns, to first order: its flights are joined.
-    pub fn moved(
-        &self,
-        iterate: &TwoParameterLoop,
-        at: &DefiningSystem,
-        by: &DVector<f64>,
-    ) -> Result<TwoParameterLoop> {
-        self.shifted(iterate, at, by, true)
-    }
-
-    /// A loop moved along a deviation, to first order: flights that are not joined stay so.
-    fn deviated(
-        &self,
-        iterate: &TwoParameterLoop,
-        at: &DefiningSystem,
-        by: &DVector<f64>,
-    ) -> Result<TwoParameterLoop> {
-        self.shifted(iterate, at, by, false)
-    }
-
-    fn shifted(
+    /// A loop moved along a direction of all unknowns, to first order: its flights are joined, or those that are not stay so.
+    pub fn shifted(
         &self,
         iterate: &TwoParameterLoop,
         at: &DefiningSystem,

@@ -1,7 +1,7 @@
 //! The result of a curve: orbits over two numbers, and the points at which two things happen at once.
 
-use crate::branch::end::BranchEnd;
 use crate::branch::special::SpecialKind;
+use crate::continuation::BranchEnd;
 use crate::orbit::PeriodicOrbit;
 
 /// A point of a curve at which two things happen at once.

@@ -1,141 +1,153 @@
-//! One half of a curve, step by step from its first point to its end (theory 20).
+//! What is done at each step of a curve (theory 20).
 
-use crate::branch::corrector::Attempt;
 use crate::branch::curve::codimension_two::passed;
 use crate::branch::curve::condition::Condition;
-use crate::branch::curve::corrector::{CorrectedCurvePoint, length, weighted};
+use crate::branch::curve::direction::CurveDirection;
 use crate::branch::curve::point::AcceptedCurvePoint;
-use crate::branch::curve::predictor::{chord, stepped, stepped_to, turned_to};
+use crate::branch::curve::predictor::{chord, step_to_number, turned_to};
 use crate::branch::curve::problem::{CurveProblem, TwoParameterLoop};
 use crate::branch::curve::result::CurvePoint;
-use crate::branch::end::{BranchEnd, EndReason};
-use crate::branch::half_branch::HalfBranch;
-use crate::branch::options::ContinuationOptions;
-use crate::branch::step_control::step_factor;
+use crate::branch::curve::zero_problem::CorrectedCurvePoint;
+use crate::continuation::{
+    Attempt, BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, Walk, step_factor,
+    stepped,
+};
 use crate::error::{Error, Result, digits};
-use crate::tolerance::CLOSED_BRANCH_DIRECTION;
-use nalgebra::DVector;
 use std::ops::ControlFlow;
 
-/// Follows a curve from a point, which is not among the points returned, along its tangent.
-pub(super) fn walk(
-    plane: &CurveProblem<'_>,
-    first: &AcceptedCurvePoint,
-    options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<HalfBranch<AcceptedCurvePoint, CurvePoint>> {
-    let mut half = HalfBranch {
-        points: Vec::new(),
-        special: Vec::new(),
-        end: BranchEnd::new(EndReason::Points, String::new()),
-    };
-    let [smallest, usual, largest] = options.steps;
-    let mut step = usual;
-    let mut farthest = 0.0f64;
-    half.end = loop {
-        let from = half.points.last().unwrap_or(first);
+/// A curve that is followed.
+pub(super) struct CurveWalk<'a, 'o> {
+    pub plane: &'o CurveProblem<'a>,
+    pub observer: &'o mut dyn FnMut(f64) -> ControlFlow<()>,
+}
+
+/// The outcome of a step along a curve.
+type CurveOutcome = StepOutcome<AcceptedCurvePoint, CurvePoint>;
+
+impl Walk for CurveWalk<'_, '_> {
+    type Point = AcceptedCurvePoint;
+    type Iterate = TwoParameterLoop;
+    type Direction = CurveDirection;
+    type Special = CurvePoint;
+
+    fn step(
+        &mut self,
+        first: &mut AcceptedCurvePoint,
+        points: &mut [AcceptedCurvePoint],
+        length: f64,
+    ) -> Result<CurveOutcome> {
+        let plane = self.plane;
+        let from = points.last().unwrap_or(first);
         let at = [from.found.iterate.place.value, from.found.iterate.second];
-        if half.points.len() >= options.max_points {
-            let detail = format!("{} points were asked for", options.max_points);
-            break BranchEnd::new(EndReason::Points, detail);
+        if (self.observer)(at[0]).is_break() {
+            return Ok(StepOutcome::end(broken_off(at)));
         }
-        if observer(at[0]).is_break() {
-            break broken_off(at);
-        }
-        let end = reached(plane, &from.found.iterate, &from.found.tangent, step);
+        let end = reached(plane, &from.found, length);
         if let Some((axis, value)) = end.filter(|&(axis, value)| at[axis] == value) {
-            break range_end(axis, value);
+            return Ok(StepOutcome::end(range_end(axis, value)));
         }
-        let refused = match advance(plane, from, (step, end)) {
-            Err(Error::Interrupted) => break broken_off(at),
-            Err(error) => return Err(error),
-            Ok(CurveStepOutcome::Accepted(point, factor)) => {
-                let mut special = passed(plane, from, &point)?;
-                let last = special.iter().position(|own| is_last(plane, &own.0));
-                let last = last.map(|k| {
-                    special.truncate(k + 1);
-                    special[k].clone()
-                });
-                half.special.extend(special.into_iter().map(|own| own.0));
-                if let Some((last, found)) = last {
-                    half.points
-                        .push(AcceptedCurvePoint::at(plane, found, last.arclength)?);
-                    let detail = format!("{}: beyond it the two multipliers are real", last.kind);
-                    break BranchEnd::new(EndReason::Boundary, detail);
-                }
-                if plane.condition == Condition::OnCircle && is_real(&point) {
-                    let detail = "beyond it the two multipliers are real".to_owned();
-                    break BranchEnd::new(EndReason::Boundary, detail);
-                }
-                let iterate = &point.found.iterate;
-                let begun = turned_to(plane, &first.found.iterate, iterate);
-                let home = chord(plane, &begun, iterate);
-                let away = length(&home);
-                let along = point.found.tangent.dot(&weighted(&first.found.tangent));
-                let has_closed =
-                    farthest > 2.0 * step && away < step && along > CLOSED_BRANCH_DIRECTION;
-                farthest = farthest.max(away);
-                if has_closed {
-                    let is_past = home.dot(&weighted(&first.found.tangent)) > 0.0;
-                    let before = if is_past { from.clone() } else { *point };
-                    if !is_past {
-                        half.points.push(before.clone());
-                    }
-                    half.points.push(closing(plane, &before, (first, begun)));
-                    let detail = "it came back to where it began".to_owned();
-                    break BranchEnd::new(EndReason::Closed, detail);
-                }
-                half.points.push(*point);
-                step = (step * factor).clamp(smallest, largest);
-                continue;
+        let (point, factor) = match advance(plane, from, (length, end)) {
+            Err(Error::Interrupted) => {
+                return Ok(StepOutcome::end(broken_off(at)));
             }
-            Ok(CurveStepOutcome::Refused(end)) => end,
+            Err(error) => return Err(error),
+            Ok(Err(failure)) => return Ok(StepOutcome::Refused(failure)),
+            Ok(Ok(accepted)) => accepted,
         };
-        if step <= smallest {
-            break refused;
+        let mut special = passed(plane, from, &point)?;
+        let mut last = None;
+        if let Some(k) = special.iter().position(|own| is_last(plane, &own.0)) {
+            special.truncate(k + 1);
+            last = Some(special[k].clone());
         }
-        step = (0.5 * step).max(smallest);
-    };
-    Ok(half)
+        let special = special.into_iter().map(|own| own.0).collect();
+        if let Some((last, found)) = last {
+            let detail = format!("{}: beyond it the two multipliers are real", last.kind);
+            let point = AcceptedCurvePoint::at(plane, found, last.arclength)?;
+            let end = BranchEnd::new(EndReason::Boundary, detail);
+            return Ok(StepOutcome::End(Some(Box::new(point)), special, end));
+        }
+        if plane.condition == Condition::OnCircle && is_real(&point) {
+            let detail = "beyond it the two multipliers are real".to_owned();
+            let end = BranchEnd::new(EndReason::Boundary, detail);
+            return Ok(StepOutcome::End(None, special, end));
+        }
+        Ok(StepOutcome::Accepted(point, special, factor))
+    }
+
+    fn tangent<'p>(&self, own: &'p AcceptedCurvePoint) -> &'p CurveDirection {
+        &own.found.tangent
+    }
+
+    fn home_from(
+        &self,
+        first: &AcceptedCurvePoint,
+        own: &AcceptedCurvePoint,
+    ) -> (TwoParameterLoop, CurveDirection) {
+        let iterate = &own.found.iterate;
+        let begun = turned_to(self.plane, &first.found.iterate, iterate);
+        let home = chord(self.plane, &begun, iterate);
+        (begun, home)
+    }
+
+    fn kept(&mut self, own: AcceptedCurvePoint) -> Result<AcceptedCurvePoint> {
+        Ok(own)
+    }
+
+    fn ended(&self, _: &AcceptedCurvePoint) -> Result<Option<(Option<CurvePoint>, BranchEnd)>> {
+        Ok(None)
+    }
+
+    fn closed(
+        &self,
+        from: &AcceptedCurvePoint,
+        (first, iterate): (&AcceptedCurvePoint, TwoParameterLoop),
+        passed: Vec<CurvePoint>,
+    ) -> Result<(AcceptedCurvePoint, Vec<CurvePoint>)> {
+        let covered = chord(self.plane, &from.found.iterate, &iterate).length();
+        let mut last = first.clone();
+        last.arclength = from.arclength + covered;
+        last.found.iterate = iterate;
+        Ok((last, passed))
+    }
+
+    fn refused(
+        &self,
+        _: (&AcceptedCurvePoint, &[AcceptedCurvePoint]),
+        failure: StepFailure,
+        _: f64,
+    ) -> Result<(Option<CurvePoint>, BranchEnd)> {
+        Ok((None, failure.end()))
+    }
 }
 
-/// The outcome of a step: a point and the factor on the next step, or why there is none.
-enum CurveStepOutcome {
-    Accepted(Box<AcceptedCurvePoint>, f64),
-    Refused(BranchEnd),
-}
-
-/// Makes a step from a point and judges it.
+/// Makes a step from a point and judges it: a point and the factor on the next step, or why there is none.
 fn advance(
     plane: &CurveProblem<'_>,
     from: &AcceptedCurvePoint,
     ahead: (f64, Option<(usize, f64)>),
-) -> Result<CurveStepOutcome> {
-    let tangent = &from.found.tangent;
-    let mut found = match within(plane, &from.found, tangent, ahead)? {
+) -> Attempt<(Box<AcceptedCurvePoint>, f64)> {
+    let mut found = match within(plane, &from.found, ahead)? {
         Ok(found) => found,
-        Err(failure) => return Ok(CurveStepOutcome::Refused(failure.end())),
+        Err(failure) => return Ok(Err(failure)),
     };
-    let side = found.tangent.dot(&weighted(tangent));
-    found.tangent *= side.signum();
-    Ok(match step_factor(found.contraction, side) {
-        Ok(factor) => {
-            let covered = length(&chord(plane, &from.found.iterate, &found.iterate));
-            let point = AcceptedCurvePoint::at(plane, found, from.arclength + covered)?;
-            let least = [plane.units.position, plane.units.velocity];
-            match point.orbit.closure_defect(least)? {
-                None => CurveStepOutcome::Accepted(Box::new(point), factor),
-                Some(by) => {
-                    let detail = format!(
-                        "the motion, followed once more by another route, misses its beginning by {}",
-                        digits(by)
-                    );
-                    CurveStepOutcome::Refused(BranchEnd::new(EndReason::Step, detail))
-                }
-            }
-        }
-        Err(reason) => {
-            CurveStepOutcome::Refused(BranchEnd::new(EndReason::Step, reason.to_owned()))
+    let side = from.found.tangent.dot(&found.tangent);
+    found.tangent = found.tangent.scaled(side.signum());
+    let factor = match step_factor(found.contraction, side) {
+        Ok(factor) => factor,
+        Err(reason) => return Ok(Err(StepFailure::distrusted(reason.to_owned()))),
+    };
+    let covered = chord(plane, &from.found.iterate, &found.iterate).length();
+    let point = AcceptedCurvePoint::at(plane, found, from.arclength + covered)?;
+    let least = [plane.units.position, plane.units.velocity];
+    Ok(match point.orbit.closure_defect(least)? {
+        None => Ok((Box::new(point), factor)),
+        Some(by) => {
+            let detail = format!(
+                "the motion, followed once more by another route, misses its beginning by {}",
+                digits(by)
+            );
+            Err(StepFailure::distrusted(detail))
         }
     })
 }
@@ -154,23 +166,6 @@ fn is_real(point: &AcceptedCurvePoint) -> bool {
     })
 }
 
-/// The first point again as the last one of a closed curve.
-fn closing(
-    plane: &CurveProblem<'_>,
-    from: &AcceptedCurvePoint,
-    (first, iterate): (&AcceptedCurvePoint, TwoParameterLoop),
-) -> AcceptedCurvePoint {
-    let covered = length(&chord(plane, &from.found.iterate, &iterate));
-    AcceptedCurvePoint {
-        arclength: from.arclength + covered,
-        found: CorrectedCurvePoint {
-            iterate,
-            ..first.found.clone()
-        },
-        ..first.clone()
-    }
-}
-
 /// The end of a curve that the observer interrupts.
 fn broken_off([x, y]: [f64; 2]) -> BranchEnd {
     let detail = format!("broken off at ({}, {})", digits(x), digits(y));
@@ -187,14 +182,13 @@ fn range_end(axis: usize, value: f64) -> BranchEnd {
 /// The number whose range ends within a step, by its axis, and the value there.
 fn reached(
     plane: &CurveProblem<'_>,
-    from: &TwoParameterLoop,
-    tangent: &DVector<f64>,
+    from: &CorrectedCurvePoint,
     step: f64,
 ) -> Option<(usize, f64)> {
-    let at = [from.place.value, from.second];
+    let at = [from.iterate.place.value, from.iterate.second];
     let ahead = (0..2).filter_map(|axis| {
         let (low, high) = plane.between[axis];
-        let rate = tangent[tangent.len() - 2 + axis] * plane.span(axis);
+        let rate = from.tangent.numbers()[axis] * plane.span(axis);
         let end = if rate > 0.0 { high } else { low };
         // A number that does not change has no end.
         let ahead = (end - at[axis]) / rate;
@@ -208,13 +202,12 @@ fn reached(
 fn within(
     plane: &CurveProblem<'_>,
     from: &CorrectedCurvePoint,
-    tangent: &DVector<f64>,
     (step, end): (f64, Option<(usize, f64)>),
 ) -> Attempt<CorrectedCurvePoint> {
     if let Some(end) = end {
-        return stepped_to(plane, from, tangent, step, end);
+        return step_to_number(plane, from, step, end);
     }
-    let found = stepped(plane, from, tangent, step, &weighted(tangent))?;
+    let found = stepped(plane, from.base(), step)?;
     let Ok(there) = &found else {
         return Ok(found);
     };
@@ -227,7 +220,7 @@ fn within(
         Some(axis) => {
             let (low, high) = plane.between[axis];
             let end = values[axis].clamp(low, high);
-            stepped_to(plane, from, tangent, step, (axis, end))
+            step_to_number(plane, from, step, (axis, end))
         }
         None => Ok(found),
     }

@@ -1,18 +1,21 @@
-//! The locator: the zero of a test function on a step of a branch or a curve, by the method of false position in its Illinois form. The
-//! abscissa is the arclength along the step; how well the zero is known is told by the parameter.
+//! The locator: where a test function is zero on a step of a curve, by the method of false position in its Illinois form; or where a
+//! property changes, by bisection. The abscissa is the arclength along the step; how well a zero is known is told by a parameter.
 
+use crate::continuation::corrector::CorrectedOf;
+use crate::continuation::predictor::{BaseOf, stepped};
+use crate::continuation::zero_problem::ZeroProblem;
 use crate::error::Result;
 use crate::tolerance::{ZERO_BRACKET_LENGTH, ZERO_PARAMETER_CHANGE, ZERO_VALUE};
 
 /// Halvings of an interval: down to neighbouring doubles. `[work]`
-pub(super) const MOST_BISECTIONS: usize = 60;
+const MOST_BISECTIONS: usize = 60;
 /// Evaluations of a search. `[work]`
 const MOST_ZERO_TRIALS: usize = 40;
 /// Points of a step that Newton's method does not reach, at the most. `[work]`
 const MOST_UNREACHED: usize = 12;
 
 /// An evaluation of a test function at a point of a step.
-pub(super) struct TestEvaluation<T> {
+pub(crate) struct TestEvaluation<T> {
     pub point: T,
     /// The parameter there.
     pub parameter: f64,
@@ -21,7 +24,7 @@ pub(super) struct TestEvaluation<T> {
 }
 
 /// The point nearest to a zero, and its arclength on the step.
-pub(super) struct LocatedZero<T> {
+pub(crate) struct LocatedZero<T> {
     pub point: T,
     pub along: f64,
     /// The error of the parameter, in the unit of its span.
@@ -30,7 +33,7 @@ pub(super) struct LocatedZero<T> {
 
 /// The zero of a test function on a step, given by its length and the values at both ends; `span` is the range of the parameter, and
 /// `point` evaluates the function at an arclength, or says that no point is reached there. None if no point at all is reached.
-pub(super) fn locate_zero<T>(
+pub(crate) fn locate_zero<T>(
     [length, at_start, at_end]: [f64; 3],
     span: f64,
     point: &mut dyn FnMut(f64) -> Result<Option<TestEvaluation<T>>>,
@@ -103,4 +106,74 @@ pub(super) fn locate_zero<T>(
         error: if misses > 0 { width } else { zero.error },
         ..zero
     }))
+}
+
+/// A test function at an arclength of a step from a point; `of` gives a parameter and the value. None where the corrector fails, or the
+/// function has no value.
+pub(crate) fn evaluated<P: ZeroProblem>(
+    problem: &P,
+    base: BaseOf<'_, P>,
+    along: f64,
+    of: impl FnOnce(&CorrectedOf<P>) -> Result<Option<(f64, f64)>>,
+) -> Result<Option<TestEvaluation<CorrectedOf<P>>>> {
+    let Ok(point) = stepped(problem, base, along)? else {
+        return Ok(None);
+    };
+    Ok(of(&point)?.map(|(parameter, value)| TestEvaluation {
+        point,
+        parameter,
+        value,
+    }))
+}
+
+/// The part of a step on which a property changes.
+pub(crate) struct ChangeBracket<T> {
+    /// Its ends, in arclength.
+    pub ends: [f64; 2],
+    /// The point at each end, where that is not an end of the step.
+    pub points: [Option<T>; 2],
+    /// Whether all points were found that were looked for.
+    pub is_reached: bool,
+}
+
+/// Where a property changes on a step of some length, to a shortest length. `aim` gives the next trial, `at` a point and whether the
+/// property there is that of the beginning; where there is no point, the search ends.
+pub(crate) fn locate_change<T>(
+    length: f64,
+    shortest: f64,
+    aim: &mut dyn FnMut(&ChangeBracket<T>) -> Result<f64>,
+    at: &mut dyn FnMut(f64) -> Result<Option<(T, bool)>>,
+) -> Result<ChangeBracket<T>> {
+    let mut bracket = ChangeBracket {
+        ends: [0.0, length],
+        points: [None, None],
+        is_reached: true,
+    };
+    for _ in 0..MOST_BISECTIONS {
+        if bracket.ends[1] - bracket.ends[0] <= shortest {
+            break;
+        }
+        let along = aim(&bracket)?;
+        let Some((point, is_before)) = at(along)? else {
+            bracket.is_reached = false;
+            break;
+        };
+        let side = usize::from(!is_before);
+        bracket.ends[side] = along;
+        bracket.points[side] = Some(point);
+    }
+    Ok(bracket)
+}
+
+/// Where a property of a number changes between two, by halves down to neighbouring doubles.
+pub(crate) fn bisected([mut low, mut high]: [f64; 2], is_before: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..MOST_BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if is_before(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }

@@ -6,7 +6,7 @@ use crate::tolerance::{
 
 /// The factor on the next step, by the contraction of Newton's method and the cosine between the tangents at both ends; or why the step is
 /// refused.
-pub(super) fn step_factor(contraction: f64, along: f64) -> std::result::Result<f64, &'static str> {
+pub(crate) fn step_factor(contraction: f64, along: f64) -> std::result::Result<f64, &'static str> {
     if contraction > STEP_CONTRACTION_LIMIT {
         return Err("Newton's method hardly converges");
     }

@@ -50,7 +50,7 @@ pub struct BranchEnd {
 }
 
 impl BranchEnd {
-    pub(super) fn new(reason: EndReason, detail: String) -> Self {
+    pub(crate) fn new(reason: EndReason, detail: String) -> Self {
         Self { reason, detail }
     }
 }
