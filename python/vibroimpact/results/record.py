@@ -8,7 +8,9 @@ alone has, it adds in `_prepare`, `_sizes`, `_check_more` and `_labelled`.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import os
+import sys
 import types
 import typing
 from collections import Counter
@@ -97,10 +99,15 @@ class Record:
         """Make it a dataclass, read what it declares, and let files know it."""
         super().__init_subclass__()
         dataclasses.dataclass(frozen=True, eq=False, repr=cls.__repr__ is object.__repr__)(cls)
-        hints = typing.get_type_hints(cls)
-        cls._fields = types.MappingProxyType(
-            {own.name: _declared(hints[own.name], own.metadata.get(_KEY, _Given(()))) for own in fields(cls)}  # type: ignore[arg-type]
-        )
+        # As types, not as texts: what they name is known in the file of the class, not where it is made public.
+        texts = types.SimpleNamespace(__annotations__=inspect.get_annotations(cls))
+        own = cls.__annotations__ = typing.get_type_hints(texts, vars(sys.modules[cls.__module__]))
+        declared = {
+            one.name: _declared(own[one.name], one.metadata.get(_KEY, _Given(())))
+            for one in fields(cls)  # type: ignore[arg-type]
+            if one.name in own
+        }
+        cls._fields = types.MappingProxyType({**getattr(cls, "_fields", {}), **declared})
         if cls._fields and cls.__module__.startswith("vibroimpact."):
             RESULTS[cls.__name__] = cls
 
