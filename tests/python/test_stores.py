@@ -270,7 +270,7 @@ def test_cells_are_of_one_code(name, tmp_path):
 
 def as_of_0_2_0(path, arguments):
     """Let a store know its callables by their own code alone, as those of version 0.2.0 do."""
-    told = {name: stored_arguments.told(name, value, stored_arguments.OwnCode()) for name, value in arguments.items()}
+    told = {name: stored_arguments.encode(name, value, stored_arguments.OwnCode()) for name, value in arguments.items()}
     header = json.loads((path / "zarr.json").read_text())
     header["attributes"]["vibroimpact"] = stores._made("ExistenceMap", told)
     (path / "zarr.json").write_text(json.dumps(header))
@@ -337,7 +337,7 @@ def test_stores_of_0_2_0_of_functions_name_the_default_too(tmp_path):
     made = vi.basins(scene, **call, atol=1e-12)
     header = json.loads((path / "zarr.json").read_text())
     arguments = header["attributes"]["vibroimpact"]["arguments"]
-    arguments["scene"] = stored_arguments.told("scene", scene, stored_arguments.OwnCode())
+    arguments["scene"] = stored_arguments.encode("scene", scene, stored_arguments.OwnCode())
     header["attributes"]["vibroimpact"] = stores._made("Basins", arguments)
     (path / "zarr.json").write_text(json.dumps(header))
     with pytest.raises(ValueError, match=r"another atol, 1e-12, not None \(1e-12 was the default .*atol=1e-12 goes on with it"):

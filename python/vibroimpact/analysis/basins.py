@@ -19,7 +19,7 @@ from vibroimpact.results.attractors import Attractor, Attractors
 from vibroimpact.results.basins import OPEN, Basins
 from vibroimpact.run import pool
 from vibroimpact.run.store import KINDS, Restored, Store, check_axes, check_options
-from vibroimpact.run.stored_arguments import untold
+from vibroimpact.run.stored_arguments import decode
 from vibroimpact.run.tiled_work import Columns, worked_out
 from vibroimpact.run.tiles import Tile
 
@@ -190,9 +190,9 @@ def _box(scene: Scene, box: ArrayLike | None, attractors: Sequence[Attractor] | 
 def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Basins:
     """Return the basins that a store holds, finished or not."""
     arguments = contents["arguments"]
-    known = untold(contents["attractors"] if "attractors" in contents else arguments["attractors"])
-    attractors = () if known is None else with_scene(known, untold(arguments["scene"]))
-    x_name, y_name, x, y = untold(arguments["plane"])[:4]
+    known = decode(contents["attractors"] if "attractors" in contents else arguments["attractors"])
+    attractors = () if known is None else with_scene(known, decode(arguments["scene"]))
+    x_name, y_name, x, y = decode(arguments["plane"])[:4]
     check_axes(arrays, x, y)
     return Basins(x_name=x_name, y_name=y_name, attractors=attractors, **arrays)
 

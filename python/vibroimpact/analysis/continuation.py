@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._validation import few, finite, shown
-from vibroimpact.results.branch import Branch
+from vibroimpact.results.branch import Branch, Followed
 from vibroimpact.results.special import Candidate, Special
 
 __all__ = ["continuation"]
@@ -147,14 +147,13 @@ def continuation(
     steps = (smallest, first_step, largest)
     start = known if start is None else start
     way = (direction, max_points, steps, keeps, symmetric, progress)
-    found = _core._continuation(begin, name, make, start, (low, high), *way)
-    orbits, values, arclength, is_admissible, is_stable, n_unstable, multipliers = found[:7]
-    special, (first, last), is_closed, raised = found[7:]
-    columns = (values, arclength, is_admissible, is_stable, n_unstable, multipliers)
-    marked = tuple(Special._of(own, name, (low, high), make) for own in special)
-    branch = Branch(name, tuple(orbits), *columns, marked, {}, (first, last), is_closed)
+    found = Followed(*_core._continuation(begin, name, make, start, (low, high), *way))
+    marked = tuple(Special._of(own, name, (low, high), make) for own in found.special)
+    first, last = found.ends
+    branch = Branch(name, tuple(found.orbits), *found[1:7], marked, {}, (first, last), found.is_closed)
     # Not a part of the result: functions are not saved.
     branch._set("_make", make)
+    raised, values = found.raised, found.parameter
     if raised is not None and not isinstance(raised, KeyboardInterrupt):
         raised.add_note(f"the branch is kept from {values.min():g} to {values.max():g}, as .branch of this exception")
         raised.branch = branch  # type: ignore[attr-defined]

@@ -14,7 +14,7 @@ from vibroimpact.analysis import parameter_axis
 from vibroimpact.results.existence_map import ExistenceMap
 from vibroimpact.run import pool
 from vibroimpact.run.store import KINDS, Restored, Store, check_axes, check_options
-from vibroimpact.run.stored_arguments import untold
+from vibroimpact.run.stored_arguments import decode
 from vibroimpact.run.tiled_work import Columns, Found, worked_out
 from vibroimpact.run.tiles import Tile
 
@@ -147,7 +147,7 @@ def existence_map(
 
 def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> ExistenceMap:
     """Return the map that a store holds, finished or not."""
-    (x_name, x), (y_name, y) = (untold(contents["arguments"][axis]) for axis in ("x", "y"))
+    (x_name, x), (y_name, y) = (decode(contents["arguments"][axis]) for axis in ("x", "y"))
     check_axes(arrays, x, y)
     return ExistenceMap(x_name=x_name, y_name=y_name, **arrays)
 

@@ -35,6 +35,22 @@ class _Node(NamedTuple):
     turns: bool  # from it the number goes the same way on both sides
 
 
+class Followed(NamedTuple):
+    """What the core returns of a branch that it followed."""
+
+    orbits: list[Orbit]
+    parameter: NDArray[np.float64]
+    arclength: NDArray[np.float64]
+    is_admissible: NDArray[np.bool_]
+    is_stable: NDArray[np.bool_]
+    n_unstable: NDArray[np.int64]
+    multipliers: NDArray[np.complex128]
+    special: list[tuple[Any, ...]]
+    ends: list[tuple[str, str]]
+    is_closed: bool
+    raised: BaseException | None
+
+
 def check_ends(ends: Sequence[tuple[str, str]]) -> None:
     """Refuse what is none of the two ends of a branch or of a curve."""
     if len(ends) != 2 or any(reason not in REASONS for reason, _ in ends):
@@ -198,13 +214,14 @@ class Branch(ItemsRecord[Orbit]):
         for most, node in itertools.product(_MOST_STEPS, nodes):
             start, up = node.parameter, value > node.parameter
             way = ("up" if up else "down", most, (1e-12, 0.1, 0.5), True, None, False)
-            part = _core._continuation(node.orbit, self.parameter_name, make, start, (min(start, value), max(start, value)), *way)
+            between = (min(start, value), max(start, value))
+            part = Followed(*_core._continuation(node.orbit, self.parameter_name, make, start, between, *way))
             last = -1 if up else 0
-            if part[10] is not None:
-                raise part[10]
-            if part[1][last] == value:
-                return part[0][last]
-            reached.append((float(part[1][last]), part[8][last][1]))
+            if part.raised is not None:
+                raise part.raised
+            if part.parameter[last] == value:
+                return part.orbits[last]
+            reached.append((float(part.parameter[last]), part.ends[last][1]))
         far, why = min(reached, key=lambda own: abs(own[0] - value))
         beside = " and ".join(f"{end.parameter:.10g}" for end in ends)
         message = f"the branch was not followed to {value:.10g} between its points at {beside}"

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
-from vibroimpact.run.stored_arguments import Arguments, OwnCode, digest, told, untold
+from vibroimpact.run.stored_arguments import Arguments, OwnCode, decode, digest, encode
 from vibroimpact.run.tiles import Tile, tile_shape, tiles
 
 #: Counts what older libraries cannot read.
@@ -81,7 +81,7 @@ class Store:
     ) -> None:
         self._zarr, self._store, self._name = _zarr(), store, _shown(store)
         keyed = arguments if key is None else arguments | {"key": key}
-        made = _made(kind, {name: told(name, value, Arguments(key)) for name, value in keyed.items()})
+        made = _made(kind, {name: encode(name, value, Arguments(key)) for name, value in keyed.items()})
         group = _opened(self._zarr, store)
         known = self._take_over(group, made, arguments) if group is not None and key is None else made
         is_other = group is not None and self._is_other(dict(group.attrs), known, overwrite)
@@ -132,7 +132,7 @@ class Store:
             return made
         encoders = {name: OwnCode() for name in arguments}
         try:
-            own = _made(made["type"], {name: told(name, value, encoders[name]) for name, value in arguments.items()})
+            own = _made(made["type"], {name: encode(name, value, encoders[name]) for name, value in arguments.items()})
         except ValueError:
             return made
         if any(encoder.is_blind for encoder in encoders.values()):
@@ -170,14 +170,14 @@ class Store:
         """Return what was kept beside the arrays, None if nothing was."""
         found = self._group.attrs.get(name)
         try:
-            return None if found is None else untold(found)
+            return None if found is None else decode(found)
         except Exception as error:
             message = f"store is {self._name}, but its {name} were changed or cut: overwrite=True does not mend it, remove it"
             raise ValueError(message) from error
 
     def keep(self, name: str, value: Any) -> None:
         """Keep a value beside the arrays."""
-        kept = told(name, value)
+        kept = encode(name, value)
         self._tried(lambda: self._group.update_attributes({name: kept | {"hash": digest(kept)}}))
 
     def read(self) -> dict[str, NDArray[Any]]:

@@ -64,7 +64,7 @@ class OwnCode(Arguments):
         return {"function": own_code_fingerprint.fingerprint(value)}
 
 
-def told(name: str, value: Any, encoder: Arguments | None = None) -> dict[str, Any]:
+def encode(name: str, value: Any, encoder: Arguments | None = None) -> dict[str, Any]:
     """Return a value as JSON has it, its arrays as text."""
     encoder = encoder or Arguments()
     encoded = encoder.encoded(value, name)
@@ -75,7 +75,7 @@ def told(name: str, value: Any, encoder: Arguments | None = None) -> dict[str, A
     return {"value": encoded, "arrays": arrays}
 
 
-def untold(kept: dict[str, Any]) -> Any:
+def decode(kept: dict[str, Any]) -> Any:
     """Return what was told, KeyError where it had functions, ValueError where it was changed."""
     if kept.get("hash", own := digest({name: kept[name] for name in ("value", "arrays")})) != own:
         message = "it is not that of its hash"
