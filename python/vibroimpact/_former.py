@@ -9,7 +9,7 @@ _PUBLIC = (
     *("ensemble", "existence", "exponents", "objective", "reduction", "special", "tree", "verdict"),
 )
 
-#: What the core asks for.
+#: What a core that was built before asks for: to be left out with the next build of it.
 _ASKED_FOR = {"_files": "results.archive", "_xarray": "results.labelled", "_html": "results.html"}
 
 
