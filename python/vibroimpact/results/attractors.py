@@ -51,10 +51,6 @@ class Attractor(Record):
     reason: str
     fraction: float
 
-    def _labelled(self) -> Parts:
-        variables, coordinates, attributes = super()._labelled()
-        return variables, coordinates, attributes | {"pattern": str(self.pattern)}
-
     def __repr__(self) -> str:
         """Say what it is."""
         period = f", {self.n_periods} periods" if self.n_periods else ""

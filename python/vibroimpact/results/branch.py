@@ -16,7 +16,7 @@ from vibroimpact._validation import finite, shown
 from vibroimpact.errors import ConvergenceError
 from vibroimpact.results import html, labelled
 from vibroimpact.results.diagram import Pattern
-from vibroimpact.results.record import ItemsRecord, array, items, value
+from vibroimpact.results.record import ItemsRecord, array, items
 from vibroimpact.results.special import Special
 
 #: Why a branch ends.
@@ -90,7 +90,7 @@ class Branch(ItemsRecord[Orbit]):
         Whether its last point is its first one again.
     """
 
-    parameter_name: str | None = value(attribute="name")
+    parameter_name: str | None
     orbits: tuple[Orbit, ...] = items("orbit", least=1)
     parameter: NDArray[np.float64] = array("orbit", coordinate="parameter")
     arclength: NDArray[np.float64] = array("orbit")
@@ -239,6 +239,7 @@ class Branch(ItemsRecord[Orbit]):
 
     def _labelled(self) -> labelled.Parts:
         variables, coordinates, attributes = super()._labelled()
+        attributes |= {"name": attributes.pop("parameter_name")} if self.parameter_name is not None else {}
         attributes |= {f"end_{k}": f"{reason}: {detail}" for k, (reason, detail) in enumerate(self.ends)}
         return variables | self._derived(), coordinates, attributes | {"pattern": str(self.pattern), "n_periods": self.n_periods}
 

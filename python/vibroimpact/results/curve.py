@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from vibroimpact._core import Orbit
 from vibroimpact._validation import few, shown
-from vibroimpact.results import labelled
 from vibroimpact.results.branch import check_ends
+from vibroimpact.results.labelled import Parts
 from vibroimpact.results.record import ItemsRecord, Record, array, items
 from vibroimpact.results.special import KINDS
 
@@ -59,9 +59,9 @@ class CurvePoint(Record):
             message = f"kind is {self.kind!r}, but it must be one of {TWO_AT_ONCE}"
             raise ValueError(message)
 
-    def _labelled(self) -> labelled.Parts:
-        x, y = self.parameter
-        return labelled.state(self.orbit), {}, {"kind": self.kind, "x": x, "y": y}
+    def _labelled(self) -> Parts:
+        variables, coordinates, attributes = super()._labelled()
+        return variables, coordinates, attributes | dict(zip("xy", self.parameter, strict=True))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return its numbers as arrays, for ``numpy.savez``."""
@@ -123,7 +123,7 @@ class BifurcationCurve(ItemsRecord[Orbit]):
     def _items(self) -> tuple[Orbit, ...]:
         return self.orbits
 
-    def _labelled(self) -> labelled.Parts:
+    def _labelled(self) -> Parts:
         variables, coordinates, attributes = super()._labelled()
         names = zip(("name_x", "name_y"), self.parameter_names or (), strict=False)
         return variables, coordinates, attributes | dict(names)

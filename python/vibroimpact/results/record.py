@@ -39,7 +39,6 @@ class _Given(typing.NamedTuple):
     coordinate: str | None = None
     as_text: bool = False
     least: int = 0
-    attribute: str | None = None
 
 
 class Declared(typing.NamedTuple):
@@ -70,11 +69,6 @@ def items(dimension: str, *, least: int = 0, coordinate: str | None = None, as_t
     return _field(_Given(((dimension,),), "", coordinate, as_text, least), dataclasses.MISSING)
 
 
-def value(*, attribute: str) -> Any:
-    """Declare a number or a text that has another name among the attributes of labelled arrays."""
-    return _field(_Given((), attribute=attribute), dataclasses.MISSING)
-
-
 def _declared(hint: Any, given: _Given) -> Declared:
     """Return what an annotation says of a field, with what is given beside it."""
     members = typing.get_args(hint) if typing.get_origin(hint) in (typing.Union, types.UnionType) else (hint,)
@@ -89,7 +83,7 @@ def _declared(hint: Any, given: _Given) -> Declared:
     return Declared(tuple(typing.get_origin(own) or own for own in members), kind, of, given)
 
 
-@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(array, items, value))
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(array, items))
 class Record:
     """A frozen dataclass that declares what its fields hold."""
 
@@ -254,13 +248,17 @@ class Record:
                 coordinates[own.given.coordinate] = labelled.variable(dims, content, own.given.unit)
             else:
                 variables[name] = labelled.variable(dims, content, own.given.unit)
-        attributes = {}
+        attributes: dict[str, Any] = {}
         for name, own in self._fields.items():
             content = getattr(self, name)
             if own.kind is None and own.given.coordinate is not None and content is not None:
                 coordinates[own.given.coordinate] = list(content)
+            elif own.types == (_core.Orbit,):
+                variables |= labelled.state(content)
+            elif own.types == (list,):
+                attributes[name] = str(content)
             elif isinstance(content, (str, int, float)) and not isinstance(content, bool):
-                attributes[own.given.attribute or name] = content
+                attributes[name] = content
         return variables, coordinates, attributes
 
     def _repr_html_(self) -> str:

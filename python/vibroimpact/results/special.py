@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
-from vibroimpact.results import labelled
 from vibroimpact.results.attractors import Attractor
 from vibroimpact.results.diagram import Pattern
+from vibroimpact.results.labelled import Parts
 from vibroimpact.results.record import Record, array
 
 #: What happens at a special point.
@@ -75,10 +75,6 @@ class Candidate(Record):
         """Whether small deviations from the orbit die out."""
         return self.orbit.is_stable
 
-    def _labelled(self) -> labelled.Parts:
-        variables, coordinates, attributes = super()._labelled()
-        return variables | labelled.state(self.orbit), coordinates, attributes
-
     def __repr__(self) -> str:
         """Say what is hit, where, and whether it can be seen."""
         where = "above" if self.side > 0 else "below"
@@ -115,7 +111,7 @@ class Beyond(Record):
             message = f"outcome is {self.outcome!r}, but it must be one of {OUTCOMES}"
             raise ValueError(message)
 
-    def _labelled(self) -> labelled.Parts:
+    def _labelled(self) -> Parts:
         variables, coordinates, attributes = super()._labelled()
         side, parameter = ([getattr(own, name) for own in self.candidates] for name in ("side", "parameter"))
         variables["side"] = ("candidate", np.array(side))
@@ -368,10 +364,6 @@ class Special(Record):
         """Return its numbers as arrays, for ``numpy.savez``."""
         arrays = {name: np.array(getattr(self, name)) for name in ("kind", "parameter", "error", "arclength", "direction")}
         return arrays | {name: np.array(value) for name, value in self.data.items()}
-
-    def _labelled(self) -> labelled.Parts:
-        variables, coordinates, attributes = super()._labelled()
-        return variables | labelled.state(self.orbit), coordinates, attributes
 
     def __repr__(self) -> str:
         """Say what happens, and where."""
