@@ -171,8 +171,8 @@ for _name in __all__:
     _thing = globals().get(_name)
     if isinstance(_thing, types.FunctionType | types.BuiltinFunctionType):
         globals()[_name] = _answered(_thing)
-    elif isinstance(_thing, type):
-        _thing.__module__ = "vibroimpact"  # where pickle finds it, whichever file it is in
+    elif isinstance(_thing, type) and _thing.__module__ != __name__:
+        _thing.__module__ = __name__  # where pickle finds it, whichever file it is in
 
 _former.keep()
 

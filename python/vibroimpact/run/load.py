@@ -24,7 +24,7 @@ def load(path: str | os.PathLike[str]) -> Result:
     -------
     Trajectory, Orbit, Orbits, ExistenceMap, Ensemble, PoincarePoints, BifurcationDiagram, LyapunovExponents, Attractor,
     Attractors, Basins, BasinFractions, Branch, Beyond, BranchTree, BifurcationCurve, CurvePoint, Candidate, Special,
-    Derivatives or Fit
+    Derivatives, Fit or another result that has ``save``
         What was saved, equal to the bit.
 
     Raises
