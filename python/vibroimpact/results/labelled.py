@@ -49,11 +49,13 @@ def to_xarray(motion: Trajectory | Orbit) -> Any:
 
 def _trajectory(run: Any) -> Parts:
     arrays = run.to_arrays()
-    variables: dict[str, Any] = {f"final_{name}": ("dof", values) for name, values in zip("qv", run.final, strict=True)}
+    units = {"q": "m", "v": "m/s"}
+    final = zip("qv", run.final, strict=True)
+    variables: dict[str, Any] = {f"final_{name}": variable(("dof",), values, units[name]) for name, values in final}
     coordinates: dict[str, Any] = {}
     if "t" in arrays:
-        coordinates["time"] = arrays["t"]
-        variables |= {name: (("time", "dof"), arrays[name]) for name in "qv"}
+        coordinates["time"] = variable(("time",), arrays["t"], "s")
+        variables |= {name: variable(("time", "dof"), arrays[name], units[name]) for name in "qv"}
     variables |= table("impact", run.impacts) | table("graze", run.grazes)
     for name, values in run.derivatives.items():
         # At t_eval, which are the times that the run has then; or at the end.
@@ -64,7 +66,7 @@ def _trajectory(run: Any) -> Parts:
 
 
 def _orbit(orbit: Any) -> Parts:
-    variables: dict[str, Any] = {"q0": ("dof", orbit.q0), "v0": ("dof", orbit.v0)}
+    variables = state(orbit)
     variables |= table("impact", orbit.impacts) | table("segment", orbit.segments)
     if orbit.floquet_multipliers is not None:
         variables["floquet_multipliers"] = ("multiplier", orbit.floquet_multipliers)
