@@ -15,9 +15,6 @@ from vibroimpact.analysis.find_attractors import turns
 from vibroimpact.results.attractors import Attractor, Attractors, check_all
 from vibroimpact.run import pool
 
-#: Labels of states that lead to no attractor, and of those that nobody has worked out.
-UNDECIDED, LOST, INSIDE, OPEN = 0, -1, -2, -3
-
 #: States, one a row, and their phases.
 Starts = tuple[NDArray[np.float64], NDArray[np.float64]]
 

@@ -18,7 +18,7 @@ from vibroimpact.analysis.stored_attractors import with_scene, without_scene
 from vibroimpact.results.attractors import Attractor, Attractors
 from vibroimpact.results.basins import OPEN, Basins
 from vibroimpact.run import pool
-from vibroimpact.run.store import KINDS, Restored, Store, check_axes, check_options
+from vibroimpact.run.store import STORED_RESULTS, Restored, Store, check_axes, check_options
 from vibroimpact.run.stored_arguments import decode
 from vibroimpact.run.tiled_work import Columns, worked_out
 from vibroimpact.run.tiles import Tile
@@ -197,4 +197,4 @@ def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Bas
     return Basins(x_name=x_name, y_name=y_name, attractors=attractors, **arrays)
 
 
-KINDS["Basins"] = Restored(COLUMNS, from_store)
+STORED_RESULTS["Basins"] = Restored(COLUMNS, from_store)

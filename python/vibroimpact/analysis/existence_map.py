@@ -13,7 +13,7 @@ from vibroimpact._core import Scene
 from vibroimpact.analysis import parameter_axis
 from vibroimpact.results.existence_map import ExistenceMap
 from vibroimpact.run import pool
-from vibroimpact.run.store import KINDS, Restored, Store, check_axes, check_options
+from vibroimpact.run.store import STORED_RESULTS, Restored, Store, check_axes, check_options
 from vibroimpact.run.stored_arguments import decode
 from vibroimpact.run.tiled_work import Columns, Found, worked_out
 from vibroimpact.run.tiles import Tile
@@ -152,4 +152,4 @@ def from_store(contents: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Exi
     return ExistenceMap(x_name=x_name, y_name=y_name, **arrays)
 
 
-KINDS["ExistenceMap"] = Restored(COLUMNS, from_store)
+STORED_RESULTS["ExistenceMap"] = Restored(COLUMNS, from_store)

@@ -55,7 +55,7 @@ def _stored(path: str | os.PathLike[str]) -> Result:
     """Return what a store holds."""
     kind, contents, arrays = store.contents(path)
     try:
-        result: Result = store.KINDS[kind].make(contents, arrays)
+        result: Result = store.STORED_RESULTS[kind].make(contents, arrays)
     except Exception as error:
         raise archive.refused(path, f"it was changed: {error!r}") from error
     return result

@@ -42,7 +42,7 @@ class Restored(NamedTuple):
 
 
 #: The kinds of results that stores hold; an analysis that writes one puts it here.
-KINDS: dict[str, Restored] = {}
+STORED_RESULTS: dict[str, Restored] = {}
 
 
 def check_options(overwrite: object, key: object) -> None:
@@ -313,7 +313,7 @@ def contents(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], dict[st
         if made["hash"] != digest(arguments):
             raise ValueError("its arguments are not those of its hash")
         of_functions = kind == "Basins" and any(_is_function(arguments["scene"]["value"]))
-        arrays = {} if of_functions else _arrays(group, KINDS[kind].columns)
+        arrays = {} if of_functions else _arrays(group, STORED_RESULTS[kind].columns)
     except (OSError, ImportError):
         raise
     except Exception as error:
