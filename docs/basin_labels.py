@@ -9,6 +9,7 @@ from time import perf_counter
 import numpy as np
 
 import vibroimpact as vi
+from vibroimpact.analysis import attractor_labels
 
 SCENE = vi.Scene(vi.LinearSystem(1.0, 0.1, 1.0), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
 BOX = np.array([(-9.5, 1.0), (-8.0, 8.0)])
@@ -79,12 +80,12 @@ def labels_at(scene, states, attractors, **options):
     """Return the labels of any states, each a plane of its own row."""
     shared = (
         scene,
-        vi._labels.seen(attractors),
+        attractor_labels.seen(attractors),
         BOX,
         (),
         (0.0, 2000, None, options.get("method", "auto"), options.get("rtol", 1e-9), 1e-12),
     )
-    return vi._labels.labelled(shared, (states, np.zeros(len(states))), (None, False, None))[0]
+    return attractor_labels.labelled(shared, (states, np.zeros(len(states))), (None, False, None))[0]
 
 
 def moved(states, labels, attractors):

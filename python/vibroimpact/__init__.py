@@ -12,8 +12,9 @@ import types
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibroimpact._calls import answered as _answered
-from vibroimpact._calls import no_name as _no_name
+from vibroimpact import _former
+from vibroimpact._call_errors import answered as _answered
+from vibroimpact._call_errors import no_name as _no_name
 from vibroimpact._core import (
     BaseAcceleration,
     BaseMotion,
@@ -51,24 +52,35 @@ from vibroimpact._core import (
     recovery_matrix,
     simulate,
 )
-from vibroimpact._files import load
-from vibroimpact.attractors import Attractor, Attractors, find_attractors
-from vibroimpact.basin_plane import Basins, Fit, basins
-from vibroimpact.basin_samples import BasinFractions, basin_fractions
-from vibroimpact.branch import Branch, continuation
-from vibroimpact.curve import BifurcationCurve, CurvePoint, bifurcation_curve
-from vibroimpact.damping import rayleigh_damping
-from vibroimpact.derivative import Derivatives
-from vibroimpact.diagram import BifurcationDiagram, PoincarePoints, bifurcation_diagram, poincare_points
-from vibroimpact.ensemble import Ensemble, simulate_many
+from vibroimpact.analysis.basin_fractions import basin_fractions
+from vibroimpact.analysis.basins import basins
+from vibroimpact.analysis.beyond import look_beyond as _look_beyond
+from vibroimpact.analysis.bifurcation_curve import bifurcation_curve
+from vibroimpact.analysis.bifurcation_diagram import bifurcation_diagram, poincare_points
+from vibroimpact.analysis.branch_tree import branch_tree
+from vibroimpact.analysis.continuation import continuation
+from vibroimpact.analysis.existence_map import existence_map
+from vibroimpact.analysis.find_attractors import find_attractors
+from vibroimpact.analysis.lyapunov_exponents import lyapunov_exponents
+from vibroimpact.analysis.objective import objective
+from vibroimpact.analysis.simulate_many import simulate_many
 from vibroimpact.errors import ConvergenceError
-from vibroimpact.existence import ExistenceMap, existence_map
-from vibroimpact.exponents import LyapunovExponents, lyapunov_exponents
-from vibroimpact.objective import objective
-from vibroimpact.reduction import Reduction, reduce
-from vibroimpact.special import Candidate, Special
-from vibroimpact.tree import BranchTree, branch_tree
-from vibroimpact.verdict import Beyond
+from vibroimpact.fe.damping import rayleigh_damping
+from vibroimpact.fe.reduction import Reduction, reduce
+from vibroimpact.results.attractors import Attractor, Attractors
+from vibroimpact.results.basin_fractions import BasinFractions
+from vibroimpact.results.basins import Basins
+from vibroimpact.results.boundary import Fit
+from vibroimpact.results.branch import Branch
+from vibroimpact.results.branch_tree import BranchTree
+from vibroimpact.results.curve import BifurcationCurve, CurvePoint
+from vibroimpact.results.derivatives import Derivatives
+from vibroimpact.results.diagram import BifurcationDiagram, PoincarePoints
+from vibroimpact.results.ensemble import Ensemble
+from vibroimpact.results.existence_map import ExistenceMap
+from vibroimpact.results.exponents import LyapunovExponents
+from vibroimpact.results.special import Beyond, Candidate, Special
+from vibroimpact.run.load import load
 
 if TYPE_CHECKING:
     from vibroimpact import plot
@@ -153,9 +165,16 @@ __all__ = [
     "simulate_many",
 ]
 
+Special._look_beyond = _look_beyond  # type: ignore[assignment,method-assign]  # a result calls no analysis of its own
+
 for _name in __all__:
-    if isinstance(_function := globals().get(_name), types.FunctionType | types.BuiltinFunctionType):
-        globals()[_name] = _answered(_function)
+    _thing = globals().get(_name)
+    if isinstance(_thing, types.FunctionType | types.BuiltinFunctionType):
+        globals()[_name] = _answered(_thing)
+    elif isinstance(_thing, type) and _thing.__module__ != __name__:
+        _thing.__module__ = __name__  # where pickle finds it, whichever file it is in
+
+_former.keep()
 
 
 def __getattr__(name: str) -> Any:

@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal, Protocol, Self, SupportsIndex, TypeAl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact.derivative import Derivatives
+from vibroimpact.results.derivatives import Derivatives
 
 __all__ = [
     "BaseAcceleration",

@@ -151,9 +151,7 @@ fn out<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let row =
         |x: &DVector<f64>| -> Bound<'py, PyArray1<f64>> { x.as_slice().to_vec().into_pyarray(py) };
-    let class = py
-        .import("vibroimpact.derivative")?
-        .getattr("Derivatives")?;
+    let class = py.import("vibroimpact")?.getattr("Derivatives")?;
     class.call1((
         names,
         out_matrix(py, &found.q0)?,

@@ -52,8 +52,8 @@ pub(crate) fn fixed_complex(z: Complex<f64>) -> String {
     format!("{}{sign}{im}i", fixed(z.re))
 }
 
-/// A value as a notebook shows it, by a function of `vibroimpact._html`.
+/// A value as a notebook shows it, by a function of `vibroimpact.results.html`.
 pub(crate) fn html(value: &Bound<'_, PyAny>, form: &str) -> PyResult<String> {
-    let forms = value.py().import("vibroimpact._html")?;
+    let forms = value.py().import("vibroimpact.results.html")?;
     forms.call_method1(form, (value,))?.extract()
 }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import _boundary
+from vibroimpact.results import boundary
 
 SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
 BOX = [(-3.0, 1.5), (-5.0, 5.0)]
@@ -103,30 +103,30 @@ class TestBoundary:
     def test_a_straight_boundary_has_dimension_one(self):
         labels = np.ones((128, 128), dtype=np.int16)
         labels[:, 61:] = 2
-        fit = _boundary.dimension(labels)
+        fit = boundary.dimension(labels)
         assert abs(fit.value - 1.0) < 1e-12
-        assert abs(_boundary.uncertainty(labels).value - 1.0) < 1e-12
-        whole, mixed = _boundary.entropy(labels, 8)
+        assert abs(boundary.uncertainty(labels).value - 1.0) < 1e-12
+        whole, mixed = boundary.entropy(labels, 8)
         assert abs(mixed - (-(5 / 8) * np.log(5 / 8) - (3 / 8) * np.log(3 / 8))) < 1e-12
         assert abs(whole - mixed / 16) < 1e-12
 
     def test_riddled_basins_have_dimension_two(self):
         labels = (1 + np.random.default_rng(1).integers(0, 2, (256, 256))).astype(np.int16)
-        assert abs(_boundary.dimension(labels).value - 2.0) < 0.1
-        assert abs(_boundary.uncertainty(labels).value) < 0.05
-        assert _boundary.entropy(labels, 16)[1] == pytest.approx(np.log(2), rel=0.01)
+        assert abs(boundary.dimension(labels).value - 2.0) < 0.1
+        assert abs(boundary.uncertainty(labels).value) < 0.05
+        assert boundary.entropy(labels, 16)[1] == pytest.approx(np.log(2), rel=0.01)
 
     def test_one_basin_has_no_boundary(self):
         labels = np.ones((64, 64), dtype=np.int16)
-        assert np.isnan(_boundary.dimension(labels).value)
-        assert _boundary.entropy(labels, 8)[0] == 0.0
+        assert np.isnan(boundary.dimension(labels).value)
+        assert boundary.entropy(labels, 8)[0] == 0.0
         labels[:, :8] = -2  # what lies inside a stop is no basin
-        assert np.isnan(_boundary.dimension(labels).value)
+        assert np.isnan(boundary.dimension(labels).value)
 
     @pytest.mark.parametrize("cells", [0, 65, 2.5, True])
     def test_boxes_fit_into_the_plane(self, cells):
         with pytest.raises(ValueError, match="cells is"):
-            _boundary.entropy(np.ones((64, 64), dtype=np.int16), cells)
+            boundary.entropy(np.ones((64, 64), dtype=np.int16), cells)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibroimpact._fingerprint import fingerprint, parts
+from vibroimpact.run.fingerprint import fingerprint, parts
 
 #: Modules with a callable ``f`` of one number, each after what is edited in it, where ?? stands.
 EDITED = r"""
@@ -379,7 +379,7 @@ TOLD = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 from test_fingerprint import made
-from vibroimpact._fingerprint import parts
+from vibroimpact.run.fingerprint import parts
 print(json.dumps([parts(made(text)) for text in json.load(sys.stdin)]))
 """
 

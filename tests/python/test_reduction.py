@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from structure_models import CANTILEVER, FREE_BEAM, bar, bar_frequencies, beam, cantilever_compliance, truss
 
 import vibroimpact as vi
-from vibroimpact import _sparse_modes
+from vibroimpact.fe import sparse_modes
 
 CASES = int(os.environ.get("VIBROIMPACT_CASES", "50"))
 law = settings(max_examples=min(CASES, 1000), deadline=5000)
@@ -142,7 +142,7 @@ class TestLawsOfModes:
     def test_dense_and_sparse_ways_agree(self, monkeypatch):
         mass, stiffness = beam(40)
         dense = vi.reduce(mass, None, stiffness, n_modes=8, directions=[3])
-        monkeypatch.setattr(_sparse_modes, "_DENSE", 0)
+        monkeypatch.setattr(sparse_modes, "_DENSE", 0)
         sparse = vi.reduce(mass, None, stiffness, n_modes=8, directions=[3])
         assert np.allclose(frequencies(sparse), frequencies(dense), rtol=1e-10)
         assert np.allclose(sparse.basis, dense.basis, atol=1e-7 * np.abs(dense.basis).max())
@@ -176,14 +176,14 @@ class TestLawsOfModes:
 
     def test_a_lost_mode_is_noticed(self, monkeypatch):
         mass, stiffness = beam(150)
-        honest = _sparse_modes._lanczos_modes
+        honest = sparse_modes._lanczos_modes
         lost = []
 
         def without_the_second(*arguments):
             lost.append(arguments[-1])
             return np.delete(honest(*arguments), 1, axis=1) if len(lost) <= failures else honest(*arguments)
 
-        monkeypatch.setattr(_sparse_modes, "_lanczos_modes", without_the_second)
+        monkeypatch.setattr(sparse_modes, "_lanczos_modes", without_the_second)
         failures = 1
         found = frequencies(vi.reduce(mass, None, stiffness, n_modes=4))
         assert lost == [0, 1]

@@ -7,7 +7,7 @@ import pytest
 from beyond_referee import are_one, misses, seen, some_twin, stands
 
 import vibroimpact as vi
-from vibroimpact.verdict import BOUNDARIES
+from vibroimpact.results.special import BOUNDARIES
 
 CASES = int(os.environ.get("VIBROIMPACT_CASES", "8"))
 SEED = int(os.environ.get("VIBROIMPACT_SEED", "7"))

@@ -18,7 +18,9 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact import _store, _told
+from vibroimpact.analysis import basins
+from vibroimpact.run import store as stores
+from vibroimpact.run import stored_arguments
 
 zarr = pytest.importorskip("zarr")
 
@@ -31,7 +33,7 @@ MAP = (PAPER, [1], ("frequency", np.linspace(1.0, 2.0, 13)), ("clearance", np.li
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch):
     """Chunks of a few cells, as large planes have many of many."""
-    monkeypatch.setattr(_store, "_CELLS", 60)
+    monkeypatch.setattr(stores, "_CELLS", 60)
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +100,7 @@ def test_what_is_missing_is_worked_out_and_nothing_else(whole, tmp_path, monkeyp
     def refused(*arguments, **options):
         raise AssertionError("the attractors are in the store")
 
-    monkeypatch.setattr(vi.basin_plane, "find_attractors", refused)
+    monkeypatch.setattr(basins, "find_attractors", refused)
     assert equal(vi.basins(SCENE, **PLANE, store=path), whole)
     assert all(file.stat().st_mtime_ns == time for file, time in kept.items())
 
@@ -268,9 +270,9 @@ def test_cells_are_of_one_code(name, tmp_path):
 
 def as_of_0_2_0(path, arguments):
     """Let a store know its callables by their own code alone, as those of version 0.2.0 do."""
-    told = {name: _told.told(name, value, _told.OwnCode()) for name, value in arguments.items()}
+    told = {name: stored_arguments.encode(name, value, stored_arguments.OwnCode()) for name, value in arguments.items()}
     header = json.loads((path / "zarr.json").read_text())
-    header["attributes"]["vibroimpact"] = _store._made("ExistenceMap", told)
+    header["attributes"]["vibroimpact"] = stores._made("ExistenceMap", told)
     (path / "zarr.json").write_text(json.dumps(header))
 
 
@@ -301,7 +303,7 @@ def test_stores_of_0_2_0_go_on_in_later_versions(tmp_path, monkeypatch):
     header = json.loads((path / "zarr.json").read_text())
     header["attributes"]["vibroimpact"]["version"] = "0.2.0"
     (path / "zarr.json").write_text(json.dumps(header))
-    monkeypatch.setattr(_store._core, "__version__", "0.3.0")
+    monkeypatch.setattr(stores._core, "__version__", "0.3.0")
     chunks(path)[0].unlink()
     assert equal(vi.basins(SCENE, **PLANE, store=path), whole)
 
@@ -335,8 +337,8 @@ def test_stores_of_0_2_0_of_functions_name_the_default_too(tmp_path):
     made = vi.basins(scene, **call, atol=1e-12)
     header = json.loads((path / "zarr.json").read_text())
     arguments = header["attributes"]["vibroimpact"]["arguments"]
-    arguments["scene"] = _told.told("scene", scene, _told.OwnCode())
-    header["attributes"]["vibroimpact"] = _store._made("Basins", arguments)
+    arguments["scene"] = stored_arguments.encode("scene", scene, stored_arguments.OwnCode())
+    header["attributes"]["vibroimpact"] = stores._made("Basins", arguments)
     (path / "zarr.json").write_text(json.dumps(header))
     with pytest.raises(ValueError, match=r"another atol, 1e-12, not None \(1e-12 was the default .*atol=1e-12 goes on with it"):
         vi.basins(scene, **call)
@@ -375,9 +377,9 @@ def test_a_key_stands_for_code_that_cannot_be_looked_through(tmp_path):
 KILLED = """
 import sys
 import vibroimpact as vi
-from vibroimpact import _store
+from vibroimpact.run import store
 
-_store._CELLS = 60
+store._CELLS = 60
 scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
 plane = {"q": (-3.0, 1.5, 240), "v": (-5.0, 5.0, 18), "box": [(-3.0, 1.5), (-5.0, 5.0)], "max_periods": 400}
 vi.basins(scene, **plane, store=sys.argv[1], rtol=1e-9, workers=1)

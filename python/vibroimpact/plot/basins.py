@@ -8,8 +8,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
 from vibroimpact.plot._axes import MARKERS, axes_or_new, label_axis, with_unit
-from vibroimpact.plot._cells import edges
 from vibroimpact.plot._data import Basins, require
+from vibroimpact.plot._edges import edges
 
 #: Of attractors, from dark to light and back, so that neighbours differ in grey too.
 COLOURS = ("#1d3a66", "#f0c36b", "#b8503f", "#8ec6e6", "#5b3a6e", "#e8e0b0", "#3f6f2f", "#cf86c4")

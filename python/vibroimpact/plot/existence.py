@@ -12,8 +12,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
 from vibroimpact.plot._axes import axes_or_new, label_axis, with_unit
-from vibroimpact.plot._cells import edges
 from vibroimpact.plot._data import ExistenceMap, require
+from vibroimpact.plot._edges import edges
 
 # From light to dark; the lightness in L* falls from category to category.
 CATEGORIES = (

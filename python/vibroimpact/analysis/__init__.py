@@ -1,0 +1,1 @@
+"""Computations that return results: thin functions over the core."""

@@ -1,0 +1,1 @@
+"""Finite-element models: damping and reduction, with SciPy."""
