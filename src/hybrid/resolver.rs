@@ -14,7 +14,7 @@ use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::HybridFlow;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::{Contacts, GapSizes, GapState, Gaps, Holding, HybridSystem};
-use crate::impact::CompleteChatter;
+use crate::impact::{CompleteChatter, Impact};
 use crate::law::{ElementState, Guard, Outcome, Regime};
 use crate::quantity::larger;
 use crate::tolerance::{
@@ -67,9 +67,8 @@ pub(crate) struct Resolver {
     releases: AtOnce,
     /// The stops that opened late and were closed again at the same instant, without an impact.
     reclosings: AtOnce,
-    /// The last impacts, of a run that keeps them.
-    #[cfg(debug_assertions)]
-    impacts: Vec<crate::impact::Impact>,
+    /// The last impacts, of a run that keeps them, in debug builds.
+    impacts: Vec<Impact>,
 }
 
 impl Resolver {
@@ -102,7 +101,6 @@ impl Resolver {
         self.departure = None;
         self.releases.clear();
         self.reclosings.clear();
-        #[cfg(debug_assertions)]
         self.impacts.clear();
         self.begin(flow, start, recorder)
     }

@@ -24,12 +24,9 @@ impl Resolver {
         recorder: &mut R,
     ) -> Resolved {
         let count = self.n_impacts;
-        #[cfg(debug_assertions)]
-        let first = {
-            let excess = self.impacts.len().saturating_sub(RECENT_IMPACTS);
-            self.impacts.drain(..excess);
-            self.impacts.len()
-        };
+        let excess = self.impacts.len().saturating_sub(RECENT_IMPACTS);
+        self.impacts.drain(..excess);
+        let first = self.impacts.len();
         self.prior_sizes.fill(0.0);
         self.note_prior_sizes(system)?;
         if self.touching.len() > 1 && self.is_coupled(system) {
@@ -56,8 +53,7 @@ impl Resolver {
             self.prior_sizes.fill(0.0);
         }
         system.evaluate_gaps()?;
-        #[cfg(debug_assertions)]
-        assert!(
+        debug_assert!(
             agree(system, &self.touching, &self.impacts, first),
             "{:?}",
             &self.impacts[first..]
@@ -303,15 +299,15 @@ impl Resolver {
         self.n_impacts += 1;
         if recorder.wanted().events {
             let impact = as_recorded(system, stop, impact);
-            #[cfg(debug_assertions)]
-            self.impacts.push(impact);
+            if cfg!(debug_assertions) {
+                self.impacts.push(impact);
+            }
             recorder.impact(impact);
         }
     }
 }
 
 /// Whether the motion leaves stops that were struck at one instant as the rows of their impacts say: those from the first one on.
-#[cfg(debug_assertions)]
 fn agree<Y: HybridSystem + ?Sized>(
     system: &Y,
     touching: &[usize],
