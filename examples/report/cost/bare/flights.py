@@ -109,7 +109,9 @@ REST = (
         f"            _ => {NEVER},\n",
         "        }\n    }\n\n    /// The regime of all elements.",
     ),
-    Change(EXACT, "        if let Some(motion) = &self.regime_motion {", "", "        self.grazed.clear();\n        let FirstEvent"),
+    Change(
+        EXACT, "        if let Some(motion) = &self.regime_motion {", "", "        self.grazed.clear();\n        let FirstEvent"
+    ),
     Change(EXACT, "        self.regime_motion = Some(motion);", f"        {NEVER};"),
 )
 
