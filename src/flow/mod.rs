@@ -15,6 +15,7 @@ mod many_drive;
 mod modal_scene;
 pub(crate) mod own_time;
 mod pendulum_series;
+mod reduced_system;
 mod regime_dynamics;
 mod regime_motion;
 pub(crate) mod registers;

@@ -1,5 +1,7 @@
 //! Guards: quantities of a motion that are positive while a regime lasts. Where one falls through zero the regime ends.
 
+use crate::law::regime::Regime;
+
 /// What a guard is a quantity of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum GuardKind {
@@ -34,6 +36,15 @@ impl Guard {
             element,
             kind: GuardKind::Force,
         }
+    }
+
+    /// The gap of an element in a state, or its approach if it is pressed.
+    pub fn gap_in(regime: &Regime, element: usize) -> Self {
+        if regime.is_pressed(element) {
+            let kind = GuardKind::Approach;
+            return Self { element, kind };
+        }
+        Self::gap(element)
     }
 
     /// Whether it is a gap, or an approach: it is a row of positions alone.

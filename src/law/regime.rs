@@ -8,7 +8,6 @@ pub(crate) enum ElementState {
     /// Its gap is kept at zero by a contact force that pushes.
     Held,
     /// Its gap is negative, and a force pushes against that.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
     Pressed,
 }
 
@@ -84,6 +83,18 @@ impl Regime {
     /// Whether the gap of an element is kept at zero.
     pub fn holds(&self, element: usize) -> bool {
         self.held.contains(&element)
+    }
+
+    /// The elements that are pressed: what ends their states is their approach, p = -h.
+    pub fn pressed(&self) -> impl Iterator<Item = usize> + '_ {
+        let own = self.others.iter();
+        own.filter(|own| own.1 == ElementState::Pressed)
+            .map(|own| own.0)
+    }
+
+    /// Whether an element is pressed.
+    pub fn is_pressed(&self, element: usize) -> bool {
+        self.pressed().any(|own| own == element)
     }
 
     /// Whether an element is free.

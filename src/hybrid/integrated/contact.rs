@@ -204,7 +204,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.n_gap_evaluations += 1;
         let half_way = self.moment().after(0.5 * h);
         let mut there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
-        if !self.regime.leaves_free(stop) {
+        if self.regime.is_pressed(stop) {
             there = -there;
         }
         Ok((there - quintic.value(0.5)).abs())

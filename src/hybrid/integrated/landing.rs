@@ -8,7 +8,7 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::Gaps;
-use crate::law::{Guard, GuardKind};
+use crate::law::Guard;
 use crate::model::{Dynamics, GapValue};
 use crate::tolerance::{LOWEST_NEAR_GUESS, TAYLOR_STEP_PART};
 
@@ -93,14 +93,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             self.settle()?;
         }
         self.evaluate_gaps_on_arrival()?;
-        let kind = if self.regime.leaves_free(stop) {
-            GuardKind::Gap
-        } else {
-            GuardKind::Approach
-        };
-        let element = stop;
         Ok(Some(Arrival::Event {
-            guard: Guard { element, kind },
+            guard: Guard::gap_in(&self.regime, stop),
         }))
     }
 

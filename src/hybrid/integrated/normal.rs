@@ -17,11 +17,11 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// The same for another regime.
     pub(super) fn settle_in(&mut self, regime: &Regime) -> Result<()> {
-        let (mut q, mut v) = self.physical();
         let stops = regime.constrained();
         if stops.is_empty() {
             return Ok(());
         }
+        let (mut q, mut v) = self.physical();
         project(&mut q, &mut v, |q| self.stops_at(stops, q))?;
         self.put(&q, &v);
         Ok(())

@@ -214,7 +214,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase));
             }
         }
-        for &(element, _) in self.regime.others() {
+        for element in self.regime.pressed() {
             self.gaps[element].reverse();
         }
         self.n_gap_evaluations += self.contacts.len();

@@ -135,7 +135,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase).after(length));
             }
         }
-        for &(element, _) in self.regime.others() {
+        for element in self.regime.pressed() {
             self.ahead[element].reverse();
         }
         self.n_gap_evaluations += self.contacts.len();

@@ -36,7 +36,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
 
     fn gap(&self, stop: usize) -> GapState {
         let mut value = self.gaps[stop];
-        if self.regime.others().iter().any(|own| own.0 == stop) {
+        if self.regime.is_pressed(stop) {
             value.reverse();
         }
         GapState {

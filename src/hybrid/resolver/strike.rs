@@ -1,7 +1,8 @@
 //! Impacts at one instant: each stop by itself, or the law of several together (theory 9); when impacts on several stops come to
 //! rest.
 
-use super::{Resolved, Resolver, Unresolved, least_speed, stay_open};
+use super::chatter::stay_open;
+use super::{Resolved, Resolver, Unresolved, least_speed};
 
 use crate::error::Result;
 use crate::hybrid::recorder::Recorder;

@@ -127,7 +127,7 @@ fn equal_steps<S: State>(radau: &mut Radau<S>, motion: &impl Dynamics, x: &S, h:
 
 /// What a controlled integration leads to.
 #[derive(Debug)]
-struct Outcome<S> {
+struct RunOutcome<S> {
     x: S,
     accepted: usize,
     tried: usize,
@@ -139,10 +139,10 @@ fn integrate<S: State, P: Stepper<S>>(
     x: &S,
     end: f64,
     tolerance: Tolerance,
-) -> Outcome<S> {
+) -> RunOutcome<S> {
     let mut control = Controller::default();
     let (mut t, mut h) = (0.0, 1e-6);
-    let mut run = Outcome {
+    let mut run = RunOutcome {
         x: x.clone(),
         accepted: 0,
         tried: 0,
@@ -175,7 +175,7 @@ fn radau_run<S: State>(
     x: &S,
     end: f64,
     relative: f64,
-) -> (Outcome<S>, Radau<S>) {
+) -> (RunOutcome<S>, Radau<S>) {
     let tolerance = tolerance(relative);
     let mut radau = Radau::new(motion.n_dof(), tolerance, ());
     let run = integrate(&mut radau, motion, x, end, tolerance);
