@@ -216,7 +216,9 @@ fn is_moderate(scene: &Scene) -> bool {
     let force = match scene.forcing() {
         Forcing::Unforced => Vec::new(),
         Forcing::Harmonic(f) => f.amplitude().iter().flat_map(|z| [z.re, z.im]).collect(),
-        Forcing::BaseMotion(f) => (f.amplitudes().iter()).flat_map(|z| [z.re, z.im]).collect(),
+        Forcing::BaseMotion(f) => (f.amplitudes().iter().flatten())
+            .flat_map(|z| [z.re, z.im])
+            .collect(),
         Forcing::Load(_) | Forcing::BaseAcceleration(_) | Forcing::Several(_) => return false,
         Forcing::Fourier(f) => {
             let amplitudes = f.amplitudes().iter().flatten().flat_map(|z| [z.re, z.im]);
