@@ -4,8 +4,8 @@ use crate::scenes::oscillator;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, Change, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions,
-    Method, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
+    Attraction, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions, Method,
+    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
     Status, Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene,
     periodic_orbits, simulate,
 };
@@ -155,7 +155,7 @@ fn check_orbit_that_sticks(orbit: &PeriodicOrbit) -> LyapunovExponents {
     let (q, v) = orbit.state(0.7 * period, false);
     let scene = orbit
         .scene()
-        .replace(Change::Phase(orbit.phase() + 0.7 * TAU));
+        .replace(Parameter::Phase.change(orbit.phase() + 0.7 * TAU));
     let found = exponents(&scene.expect("valid"), (&q, &v), 440.0 * period, &options);
     let all = of_multipliers(orbit);
     let sums: [f64; 2] = [

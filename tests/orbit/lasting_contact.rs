@@ -4,7 +4,7 @@ use crate::scenes::{harmonic, linear, loaded, lower, scene, shaken_ball};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Change, DoublePendulum, Error, Harmonic, Keep, PeriodicOrbit, Reaction, Scene,
+    BaseMotion, DoublePendulum, Error, Harmonic, Keep, Parameter, PeriodicOrbit, Reaction, Scene,
     SegmentKind, SimulateOptions, Trajectory, Wall, WallSide, find_orbit, nalgebra, simulate,
 };
 
@@ -246,7 +246,9 @@ fn an_orbit_is_followed_and_restored() {
         let scene = pair(e, Reaction::Inertia, 0.5, 0.1);
         let run = settled(&scene, dvector![0.3, 0.1], 80.0);
         let orbit = find_orbit(&scene, &run, None).expect("found");
-        let near = scene.replace(Change::ForcingScale(1.02)).expect("valid");
+        let near = scene
+            .replace(Parameter::ForcingScale.change(1.02))
+            .expect("valid");
         let followed = find_orbit(&near, &orbit, None).expect("followed");
         let run = settled(&near, dvector![0.3, 0.1], 80.0);
         let anew = find_orbit(&near, &run, None).expect("found");
@@ -272,7 +274,7 @@ fn an_orbit_is_followed_and_restored() {
 fn a_stop_held_for_good_leaves_the_motion_of_the_rest() {
     // Shaken too weakly to lift off: the second mass answers the spring's pull of its own, at rest here.
     let scene = pair(0.5, Reaction::Inertia, 1.0, 0.1)
-        .replace(Change::ForcingScale(0.2))
+        .replace(Parameter::ForcingScale.change(0.2))
         .expect("valid");
     let run = settled(&scene, dvector![0.3, 0.1], 100.0);
     let orbit = find_orbit(&scene, &run, None).expect("found");

@@ -4,7 +4,7 @@ use crate::scenes::{ball, harmonic, linear, loaded, oscillator, run, scene, unit
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Pattern,
+    Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Parameter, Pattern,
     Scene, SegmentKind, SimulateOptions, Status, Stop, paper_scene, periodic_orbits, simulate,
 };
 
@@ -388,7 +388,9 @@ fn flights_do_not_depend_on_how_they_are_cut_nor_on_the_origin_of_time() {
         (1.5 * t) % TAU
     };
     let same = simulate(
-        &scene.replace(Change::Phase(phase)).expect("valid"),
+        &scene
+            .replace(Parameter::Phase.change(phase))
+            .expect("valid"),
         &q,
         &v,
         (0.0, 40.0),

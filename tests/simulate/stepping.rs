@@ -5,7 +5,7 @@ use crate::scenes::{harmonic, linear, lower, oscillator, scene, unit_mass, upper
 use nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
     Change, Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, Method, PaperOptions,
-    Scene, Side, SimulateOptions, Status, Stop, Trajectory, paper_scene, simulate,
+    Scene, Side, SimulateOptions, Status, Stop, StopNumber, Trajectory, paper_scene, simulate,
 };
 
 /// Every method of steps, the least order that is seen of it over decades of tolerance, and by how many tolerances its error may
@@ -311,7 +311,10 @@ fn condition(case: &Case, truth: &Trajectory, options: &SimulateOptions) -> Vec<
     let width = 1.5 * margin(options.rtol, widest);
     for moved in [-width, width] {
         let there = clearances.iter().map(|c| c + moved).collect();
-        let scene = case.scene.replace(Change::Clearance(there)).expect("valid");
+        let scene = case
+            .scene
+            .replace(Change::EachStop(StopNumber::Clearance, there))
+            .expect("valid");
         let run = simulate(&scene, &case.q0, &case.v0, truth.span(), options).expect("runs");
         note(0, run.impacts(), width);
     }
