@@ -8,8 +8,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
-    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, Stop,
-    Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
+    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, SpecialKind,
+    Stop, Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
     periodic_orbits, simulate,
 };
 
@@ -148,8 +148,11 @@ fn pendulum(criterion: &mut Criterion) {
     );
     let (q, v) = (orbit.q0(), orbit.v0());
     let close = SimulateOptions {
-        rtol: 1e-13,
-        atol: Some(1e-15),
+        solver: Solver {
+            rtol: 1e-13,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     let (scene, period) = (orbit.scene(), orbit.period());

@@ -11,9 +11,9 @@ use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
     ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
-    Reaction, Scene, Side, SimulateOptions, Stop, StopNumber, SweepOptions, Trajectory, Wall,
-    WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix, simulate,
-    simulate_observed,
+    Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions, Trajectory,
+    Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix,
+    simulate, simulate_observed,
 };
 
 fn config() -> ProptestConfig {
@@ -505,13 +505,7 @@ proptest! {
                 checks += 1;
                 if checks > 400 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
-            let hostile_options = SimulateOptions {
-                rtol: tolerances.0,
-                atol: Some(tolerances.1),
-                t_eval,
-                max_impacts: Some(200),
-                ..Default::default()
-            };
+            let hostile_options = SimulateOptions { solver: Solver { rtol: tolerances.0, atol: Some(tolerances.1), ..Solver::default() }, t_eval, max_impacts: Some(200), ..Default::default() };
             let end = start + span;
             if let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &hostile_options, &mut few) {
                 let (q, v) = run.last();

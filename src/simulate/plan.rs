@@ -8,7 +8,7 @@ use crate::model::{
     Constraint, ContactGeometry, Parameter, Ramp, RampProfile, Rotations, Scene, StopNumber,
     overlaps,
 };
-use crate::simulate::options::SimulateOptions;
+use crate::simulate::solver::Solver;
 
 /// The machinery that a scene needs, in words, and which stops leave no position between them.
 ///
@@ -57,7 +57,7 @@ fn machinery(scene: &Scene) -> Result<String> {
         let excitation = scene.excitation();
         let forcing = acting(&excitation.rotations, excitation.signals.len());
         let (steps, path) = if has_series(scene) {
-            let order = series_order(SimulateOptions::default().rtol);
+            let order = series_order(Solver::default().rtol);
             let steps = format!(
                 "Taylor series whose order grows with the digits asked for, {order} by default"
             );

@@ -6,14 +6,17 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     BaseMotion, Forcing, Harmonic, Load, NonlinearSystem, Parameter, PendulumChain, Scene,
-    SegmentKind, Signal, SimulateOptions, StopMotion, System, Trajectory, Wall, WallSide,
+    SegmentKind, Signal, SimulateOptions, Solver, StopMotion, System, Trajectory, Wall, WallSide,
     derivatives_of_run, simulate,
 };
 
 fn run(scene: &Scene, q: &[f64], v: &[f64], span: (f64, f64)) -> Trajectory {
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-14),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-14),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     let [q, v] = [q, v].map(DVector::from_row_slice);

@@ -9,7 +9,7 @@ use crate::twin::{Course, Happening, Twin};
 use nalgebra::{Complex, DVector, dvector};
 use vibroimpact::{
     Constraint, Forcing, Harmonic, LinearSystem, Load, NonlinearSystem, Parameter, Scene, Signal,
-    SimulateOptions, Stop, StopMotion, StopNumber, System, derivatives_of_run, simulate,
+    SimulateOptions, Solver, Stop, StopMotion, StopNumber, System, derivatives_of_run, simulate,
 };
 
 const SEED: u64 = 57;
@@ -224,8 +224,11 @@ impl Tally {
         }
         let scene = case.scene();
         let options = SimulateOptions {
-            rtol: 1e-12,
-            atol: Some(1e-14),
+            solver: Solver {
+                rtol: 1e-12,
+                atol: Some(1e-14),
+                ..Solver::default()
+            },
             ..SimulateOptions::default()
         };
         let run = simulate(&scene, &case.q, &case.v, case.span, &options).expect("a run");

@@ -8,14 +8,17 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Parameter, PendulumChain, Ramp,
-    RampProfile, Scene, SegmentKind, Signal, SimulateOptions, StopMotion, StopNumber, Trajectory,
-    Wall, WallSide, derivatives_of_run, simulate,
+    RampProfile, Scene, SegmentKind, Signal, SimulateOptions, Solver, StopMotion, StopNumber,
+    Trajectory, Wall, WallSide, derivatives_of_run, simulate,
 };
 
 fn run_of(scene: &Scene, q: &DVector<f64>, v: &DVector<f64>, end: f64) -> Trajectory {
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-14),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-14),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     simulate(scene, q, v, (0.0, end), &options).expect("a run")

@@ -362,7 +362,7 @@ fn a_plane_is_passed_where_dense_looks_see_it() {
         (&pendulum, Method::Taylor),
     ] {
         let options = SimulateOptions {
-            method,
+            solver: method.into(),
             ..SimulateOptions::default()
         };
         let start = (dvector![0.1, -0.2], dvector![0.3, 0.1]);

@@ -184,10 +184,10 @@ fn one_degree_forgets_everything_at_a_landing() {
 #[test]
 fn steps_have_the_exponents_of_exact_flights() {
     let (scene, rest) = (oscillator(9.0), dvector![0.0]);
-    let of = |method| {
+    let of = |method: Method| {
         let options = LyapunovOptions {
+            solver: method.into(),
             skip: 300.3,
-            method,
             ..LyapunovOptions::default()
         };
         exponents(&scene, (&rest, &rest), 600.3, &options)
@@ -367,8 +367,8 @@ fn a_start_in_contact_has_no_direction_left() {
         (Method::Dop853, 50.0),
     ] {
         let options = LyapunovOptions {
+            solver: method.into(),
             skip,
-            method,
             ..LyapunovOptions::default()
         };
         let found = exponents(
@@ -393,7 +393,7 @@ fn a_start_with_an_impact_goes_on_behind_it() {
     ] {
         for method in [Method::Exact, Method::Dop853] {
             let options = LyapunovOptions {
-                method,
+                solver: method.into(),
                 ..LyapunovOptions::default()
             };
             let found = exponents(&scene, (&dvector![q], &dvector![v]), 300.0, &options);

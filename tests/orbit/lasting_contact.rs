@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     BaseMotion, DoublePendulum, Error, Harmonic, Keep, Parameter, PeriodicOrbit, Reaction, Scene,
-    SegmentKind, SimulateOptions, Trajectory, Wall, WallSide, find_orbit, nalgebra, simulate,
+    SegmentKind, SimulateOptions, Solver, Trajectory, Wall, WallSide, find_orbit, nalgebra,
+    simulate,
 };
 
 /// Two masses, the first above a floor and shaken, coupled by inertia and by a spring.
@@ -130,9 +131,12 @@ fn the_ball_on_a_table_has_its_closed_form() {
 fn returned(orbit: &PeriodicOrbit, start: f64, x: &DVector<f64>) -> DVector<f64> {
     let n = x.len() / 2;
     let options = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-12,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
@@ -193,8 +197,11 @@ fn keeps_the_laws(orbit: &PeriodicOrbit, label: &str) {
     let n_zero = multipliers.iter().filter(|z| z.norm() < 1e-9).count();
     assert_eq!(n_zero, 2, "{label}: {multipliers}");
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-15),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         ..Default::default()
     };
     let span = (0.0, 2.0 * orbit.period());

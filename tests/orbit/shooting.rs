@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Parameter,
-    Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Stop, StopNumber,
-    find_orbit, find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
+    Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, Stop,
+    StopNumber, find_orbit, find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
@@ -15,9 +15,12 @@ fn opening(orbit: &PeriodicOrbit) -> f64 {
     let start = orbit.impacts().get(1).map_or(orbit.period(), |i| i.time) / 2.0;
     let (q0, v0) = orbit.state(start, false);
     let keep = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-12,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let span = (start, start + orbit.period());
@@ -399,9 +402,12 @@ fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
     let orbit = find_orbit(&third(1.0, false), &linear[0], None).expect("converges");
     let start = 0.4 * orbit.period();
     let keep = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-13,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-13,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let returned = |x: &DVector<f64>| {

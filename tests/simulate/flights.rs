@@ -5,7 +5,8 @@ use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Parameter, Pattern,
-    Scene, SegmentKind, SimulateOptions, Status, Stop, paper_scene, periodic_orbits, simulate,
+    Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene, periodic_orbits,
+    simulate,
 };
 
 #[test]
@@ -408,7 +409,10 @@ fn every_touch_within_rounding_is_listed_wherever_the_steps_fall() {
     for k in 0..4000 {
         let phase = 0.3 + 1e-3 * f64::from(k);
         let options = SimulateOptions {
-            rtol: 1e-10 * (1.0 + f64::from(k % 10)),
+            solver: Solver {
+                rtol: 1e-10 * (1.0 + f64::from(k % 10)),
+                ..Solver::default()
+            },
             keep: vibroimpact::Keep::Impacts,
             ..Default::default()
         };

@@ -193,8 +193,8 @@ fn chapters_that_are_not_those_of_the_ramps_are_refused() {
 fn a_method_that_cannot_follow_says_so() {
     let refused = |ramps: Vec<Ramp>, method: Method| {
         let options = SimulateOptions {
+            solver: method.into(),
             ramps,
-            method,
             ..SimulateOptions::default()
         };
         let rest = DVector::zeros(2);
