@@ -7,9 +7,9 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Change, ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
-    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, Stop,
-    Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
+    ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
+    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, SpecialKind,
+    Stop, Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
     periodic_orbits, simulate,
 };
 
@@ -40,7 +40,9 @@ fn branches(criterion: &mut Criterion) {
             let mut last = orbit.clone();
             for k in 0..count {
                 let scale = 1.0 + 0.5 * k as f64 / count as f64;
-                let scene = scene.replace(Change::ForcingScale(scale)).expect("valid");
+                let scene = scene
+                    .replace(Parameter::ForcingScale.change(scale))
+                    .expect("valid");
                 last = find_orbit(&scene, &last, None).expect("an orbit");
                 black_box(last.is_admissible());
             }
@@ -146,8 +148,11 @@ fn pendulum(criterion: &mut Criterion) {
     );
     let (q, v) = (orbit.q0(), orbit.v0());
     let close = SimulateOptions {
-        rtol: 1e-13,
-        atol: Some(1e-15),
+        solver: Solver {
+            rtol: 1e-13,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     let (scene, period) = (orbit.scene(), orbit.period());

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Axis, Change, DiagramOptions, Harmonic, Keep, LinearSystem, LyapunovOptions, Parameter, Scene,
+    Axis, DiagramOptions, Harmonic, Keep, LinearSystem, LyapunovOptions, Parameter, Scene,
     SimulateOptions, Stop, SweepOptions, bifurcation_diagram, lyapunov_exponents, simulate,
 };
 
@@ -52,7 +52,9 @@ fn families(criterion: &mut Criterion) {
                 ..SimulateOptions::default()
             };
             for &factor in &factors {
-                let scene = scene.replace(Change::ForcingScale(factor)).expect("valid");
+                let scene = scene
+                    .replace(Parameter::ForcingScale.change(factor))
+                    .expect("valid");
                 let span = (
                     0.0,
                     (TRANSIENT + PERIODS) as f64 * scene.period().expect("forced"),

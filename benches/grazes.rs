@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::process::Command;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
-    Forcing, Keep, LinearSystem, Method, Scene, SimulateOptions, Stop, Trajectory, simulate,
+    Forcing, Keep, LinearSystem, Method, Scene, SimulateOptions, Solver, Stop, Trajectory, simulate,
 };
 
 /// How far the motion would go beyond the stop, in parts of its amplitude.
@@ -26,8 +26,11 @@ fn run(method: Method, overshoot: f64, approaches: usize) -> Trajectory {
     // From impact to impact the angle leaves out what lies beyond the stop.
     let period = TAU - 2.0 * (1.0 - overshoot).min(1.0).acos();
     let options = SimulateOptions {
-        method,
-        rtol: 1e-9,
+        solver: Solver {
+            method,
+            rtol: 1e-9,
+            ..Solver::default()
+        },
         keep: Keep::Impacts,
         ..Default::default()
     };

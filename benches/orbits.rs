@@ -7,7 +7,7 @@ use nalgebra::{Complex, DVector};
 use std::f64::consts::PI;
 use std::hint::black_box;
 use vibroimpact::{
-    Change, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions, Pattern, Scene, Stop,
+    Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Stop,
     nalgebra, paper_scene, periodic_orbits,
 };
 
@@ -17,7 +17,7 @@ const MODES: usize = 10_000;
 fn pair(criterion: &mut Criterion) {
     let scene = paper_scene(Kind::Three, &PaperOptions::default()).expect("valid");
     let far = scene
-        .replace(Change::Clearance(vec![100.0]))
+        .replace(Parameter::CLEARANCE.change(100.0))
         .expect("valid");
     let pattern = Pattern::single(1);
     let free = OrbitOptions {

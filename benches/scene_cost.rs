@@ -14,7 +14,7 @@ use std::time::Instant;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Coefficient, DoublePendulum, Forcing, Harmonic, Keep, LinearSystem, Method, Scene,
-    Side, SimulateOptions, Stop, Trajectory, Wall, WallSide, simulate,
+    Side, SimulateOptions, Solver, Stop, Trajectory, Wall, WallSide, simulate,
 };
 
 /// Runs of each case.
@@ -41,8 +41,11 @@ impl Case {
         // The impacts are 3.2 time units apart, the steps 0.1.
         let pace = if self.is_stepped() { 0.1 } else { 3.2 };
         let options = SimulateOptions {
-            method: self.method,
-            rtol: 1e-6,
+            solver: Solver {
+                method: self.method,
+                rtol: 1e-6,
+                ..Solver::default()
+            },
             keep: self.keep,
             ..Default::default()
         };

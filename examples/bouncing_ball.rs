@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
-    Axis, BaseMotion, Change, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Result, Scene,
+    Axis, BaseMotion, LinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene,
     Side, SimulateOptions, Stop, SweepOptions, existence_map, periodic_orbits, simulate,
 };
 
@@ -70,7 +70,7 @@ fn check_orbits() -> Result<PeriodicOrbit> {
 
 /// A ball dropped from 5 mm leaves the table after 200 periods with the orbit's speed and at its phase.
 fn check_drop(orbit: &PeriodicOrbit) -> Result<()> {
-    let scene = orbit.scene().replace(Change::Phase(0.0))?;
+    let scene = orbit.scene().replace(Parameter::Phase.change(0.0))?;
     let span = (0.0, 200.0 * PERIOD);
     let run = simulate(
         &scene,

@@ -96,7 +96,7 @@ fn main() -> Result<()> {
         run.impacts().len() - of_roofs
     );
     let by_steps = SimulateOptions {
-        method: Method::Radau,
+        solver: Method::Radau.into(),
         keep: Keep::Impacts,
         ..SimulateOptions::default()
     };

@@ -55,7 +55,7 @@ fn show(name: &str, curve: &BifurcationCurve) {
 
 fn main() -> Result<()> {
     let options = ContinuationOptions::default();
-    let plane = [Parameter::Frequency, Parameter::Clearance];
+    let plane = [Parameter::Frequency, Parameter::CLEARANCE];
     for (number, kind) in [(2, Kind::Two), (3, Kind::Three)] {
         println!("kind {number}");
         let orbit = orbit_of(kind)?;

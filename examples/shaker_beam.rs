@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Change, Keep, LinearSystem, Parameter, Ramp, RampProfile, Result, Scene, Side,
+    BaseMotion, Keep, LinearSystem, Parameter, Ramp, RampProfile, Result, Scene, Side,
     SimulateOptions, Stop, Trajectory, simulate,
 };
 
@@ -49,7 +49,7 @@ fn modes() -> (DVector<f64>, DVector<f64>, DVector<f64>) {
 
 /// Sweeps the shaker from rest, from one frequency to another.
 fn swept(scene: &Scene, first: f64, last: f64) -> Result<Trajectory> {
-    let start = scene.replace(Change::Frequency(first))?;
+    let start = scene.replace(Parameter::Frequency.change(first))?;
     let rest = DVector::zeros(scene.n_dof());
     let options = SimulateOptions {
         ramps: vec![Ramp::new(

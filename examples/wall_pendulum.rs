@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
     BaseMotion, Energy, OrbitOptions, Pattern, PendulumChain, PeriodicOrbit, Result, Scene,
-    SimulateOptions, Wall, WallSide, find_orbit, linearise, periodic_orbits, simulate,
+    SimulateOptions, Solver, Wall, WallSide, find_orbit, linearise, periodic_orbits, simulate,
 };
 
 const PERIOD: f64 = 1.25; // of the base [s]
@@ -88,7 +88,10 @@ fn check_runs(real: &PeriodicOrbit) -> Result<()> {
     println!("from rest: the last impact at {last:.9}, the orbit's {speed:.9}");
     assert!((last - speed).abs() < 1e-6);
     let options = SimulateOptions {
-        rtol: 1e-11,
+        solver: Solver {
+            rtol: 1e-11,
+            ..Solver::default()
+        },
         t_eval: Some(vec![0.5 * PERIOD, 1.5 * PERIOD]),
         ..Default::default()
     };
@@ -110,8 +113,11 @@ fn check_runs(real: &PeriodicOrbit) -> Result<()> {
 /// The state one period later, from the middle of the orbit's flight.
 fn after_a_period(real: &PeriodicOrbit, x: &DVector<f64>) -> Result<DVector<f64>> {
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-14),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-14),
+            ..Solver::default()
+        },
         ..Default::default()
     };
     let (q, v) = (x.rows(0, 2).into_owned(), x.rows(2, 2).into_owned());

@@ -11,9 +11,9 @@ use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
     ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
-    Reaction, Scene, Side, SimulateOptions, Stop, SweepOptions, Trajectory, Wall, WallSide,
-    audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix, simulate,
-    simulate_observed,
+    Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions, Trajectory,
+    Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix,
+    simulate, simulate_observed,
 };
 
 fn config() -> ProptestConfig {
@@ -165,11 +165,11 @@ fn parameter() -> impl Strategy<Value = Parameter> {
     proptest::sample::select(vec![
         Parameter::Frequency,
         Parameter::Phase,
-        Parameter::Clearance,
-        Parameter::ClearanceOf(0),
-        Parameter::ClearanceOf(7),
-        Parameter::Restitution,
-        Parameter::RestitutionOf(1),
+        Parameter::CLEARANCE,
+        Parameter::CLEARANCE.of(0),
+        Parameter::CLEARANCE.of(7),
+        Parameter::RESTITUTION,
+        Parameter::RESTITUTION.of(1),
         Parameter::ForcingScale,
         Parameter::DampingScale,
     ])
@@ -178,8 +178,8 @@ fn parameter() -> impl Strategy<Value = Parameter> {
 fn change() -> impl Strategy<Value = Change> {
     prop_oneof![
         4 => (parameter(), number(0.1, 2.0)).prop_map(|(parameter, value)| parameter.change(value)),
-        1 => proptest::collection::vec(number(0.0, 1.0), 0..4).prop_map(Change::Clearance),
-        1 => proptest::collection::vec(number(0.0, 1.0), 0..4).prop_map(Change::Restitution),
+        1 => proptest::collection::vec(number(0.0, 1.0), 0..4).prop_map(|values| Change::EachStop(StopNumber::Clearance, values)),
+        1 => proptest::collection::vec(number(0.0, 1.0), 0..4).prop_map(|values| Change::EachStop(StopNumber::Restitution, values)),
         1 => (1..3usize).prop_flat_map(forcing)
             .prop_map(|f| Change::Forcing(f.unwrap_or_default())),
     ]
@@ -216,7 +216,9 @@ fn is_moderate(scene: &Scene) -> bool {
     let force = match scene.forcing() {
         Forcing::Unforced => Vec::new(),
         Forcing::Harmonic(f) => f.amplitude().iter().flat_map(|z| [z.re, z.im]).collect(),
-        Forcing::BaseMotion(f) => (f.amplitudes().iter()).flat_map(|z| [z.re, z.im]).collect(),
+        Forcing::BaseMotion(f) => (f.amplitudes().iter().flatten())
+            .flat_map(|z| [z.re, z.im])
+            .collect(),
         Forcing::Load(_) | Forcing::BaseAcceleration(_) | Forcing::Several(_) => return false,
         Forcing::Fourier(f) => {
             let amplitudes = f.amplitudes().iter().flatten().flat_map(|z| [z.re, z.im]);
@@ -395,7 +397,7 @@ proptest! {
         if let Ok(scene) = &scene {
             prop_assert_eq!(scene.gaps(&DVector::zeros(scene.n_dof())).expect("no user function").len(), scene.stops().len());
             prop_assert!(is_finite(&scene.gaps(&DVector::zeros(scene.n_dof())).expect("no user function")));
-            let is_clearance = matches!(change, Change::Clearance(_));
+            let is_clearance = matches!(change, Change::EachStop(StopNumber::Clearance, _));
             if let Ok(changed) = scene.replace(change) {
                 prop_assert_eq!(changed.n_dof(), scene.n_dof());
                 prop_assert!(!(is_clearance && scene.stops().is_empty()), "there is nothing to change");
@@ -503,13 +505,7 @@ proptest! {
                 checks += 1;
                 if checks > 400 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
-            let hostile_options = SimulateOptions {
-                rtol: tolerances.0,
-                atol: Some(tolerances.1),
-                t_eval,
-                max_impacts: Some(200),
-                ..Default::default()
-            };
+            let hostile_options = SimulateOptions { solver: Solver { rtol: tolerances.0, atol: Some(tolerances.1), ..Solver::default() }, t_eval, max_impacts: Some(200), ..Default::default() };
             let end = start + span;
             if let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &hostile_options, &mut few) {
                 let (q, v) = run.last();

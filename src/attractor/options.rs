@@ -1,6 +1,6 @@
 //! Options of the search for attractors. Periods count those of the forcing, phases are in \[rad\].
 
-use crate::simulate::{Keep, Method, SimulateOptions};
+use crate::simulate::{Keep, SimulateOptions, Solver};
 use crate::sweep::SweepOptions;
 
 /// Options of [`find_attractors`](crate::find_attractors).
@@ -15,26 +15,19 @@ pub struct AttractorOptions {
     /// Periods after which a motion that has not settled is told by its exponents, default 2000.
     pub max_periods: usize,
     /// As for [`simulate`](crate::simulate()).
-    pub method: Method,
-    /// As for [`simulate`](crate::simulate()).
-    pub rtol: f64,
-    /// As for [`simulate`](crate::simulate()).
-    pub atol: Option<f64>,
+    pub solver: Solver,
     /// Threads.
     pub sweep: SweepOptions,
 }
 
 impl Default for AttractorOptions {
     fn default() -> Self {
-        let usual = SimulateOptions::default();
         Self {
             phase: 0.0,
             longest_period: 32,
             transient: 200,
             max_periods: 2000,
-            method: usual.method,
-            rtol: usual.rtol,
-            atol: usual.atol,
+            solver: Solver::default(),
             sweep: SweepOptions::default(),
         }
     }
@@ -43,6 +36,6 @@ impl Default for AttractorOptions {
 impl AttractorOptions {
     /// The options of a run that keeps `keep`.
     pub(crate) fn run(&self, keep: Keep) -> SimulateOptions {
-        SimulateOptions::by(self.method, (self.rtol, self.atol), keep)
+        SimulateOptions::by(self.solver, keep)
     }
 }

@@ -40,9 +40,7 @@ impl AttractorSearch<'_> {
         let periods = self.options.max_periods.max(SET_STATES);
         let span = (time(0), time(periods));
         let options = LyapunovOptions {
-            method: self.options.method,
-            rtol: self.options.rtol,
-            atol: self.options.atol,
+            solver: self.options.solver,
             ..LyapunovOptions::default()
         };
         let found =

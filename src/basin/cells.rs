@@ -17,7 +17,7 @@ use crate::path::Evaluator;
 use crate::quantity::finite;
 use crate::section::wait;
 use crate::simulate::{
-    Batch, Keep, Method, Run, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, visit_runs,
+    Batch, Keep, Run, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, Solver, visit_runs,
 };
 use crate::sweep::tiles::{fill, fill_tiles};
 use crate::sweep::{Progress, SweepOptions};
@@ -43,25 +43,18 @@ pub struct BasinOptions {
     /// Periods for which a motion must follow an attractor; `None`: three of an orbit's own, 20 of a set.
     pub hits: Option<usize>,
     /// As for [`simulate`](crate::simulate()).
-    pub method: Method,
-    /// As for [`simulate`](crate::simulate()).
-    pub rtol: f64,
-    /// As for [`simulate`](crate::simulate()).
-    pub atol: Option<f64>,
+    pub solver: Solver,
     /// Threads.
     pub sweep: SweepOptions,
 }
 
 impl Default for BasinOptions {
     fn default() -> Self {
-        let usual = SimulateOptions::default();
         Self {
             phase: 0.0,
             max_periods: 2000,
             hits: None,
-            method: usual.method,
-            rtol: usual.rtol,
-            atol: usual.atol,
+            solver: Solver::default(),
             sweep: SweepOptions::default(),
         }
     }
@@ -130,8 +123,7 @@ pub fn basin_cells(
         let rule = "motions are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
-    let tolerances = (options.rtol, options.atol);
-    let run = SimulateOptions::by(options.method, tolerances, Keep::Final);
+    let run = SimulateOptions::by(options.solver, Keep::Final);
     run.check((0.0, 0.0))?;
     let phase = finite("phase", options.phase)?;
     let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;

@@ -13,7 +13,7 @@ use crate::branch::walk::BranchWalk;
 use crate::branch::zero_problem::directions;
 use crate::continuation::{ScaledDirection, corrected, walk};
 use crate::error::{Error, Result, digits};
-use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{ORBIT_CLOSED, ORBIT_OF_ANOTHER_SCENE};
 use std::ops::ControlFlow;
@@ -61,12 +61,12 @@ pub fn continuation(
     observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     let scene = orbit.scene();
-    let start = start_of(scene, parameter, "parameter")?;
+    let start = scene.start_of(parameter, "parameter")?;
     for end in [between.0, between.1] {
         let allowed = parameter.check(end);
         allowed.map_err(|error| error.at(format_args!("between")))?;
     }
-    let make = |value: f64| with_value(scene, parameter, value);
+    let make = |value: f64| scene.with_value(parameter, value);
     continuation_of(orbit, &make, start, between, options, observer)
 }
 

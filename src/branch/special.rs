@@ -5,7 +5,7 @@ use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::impact::Impact;
 use crate::law::Transition;
-use crate::model::{Parameter, Scene, with_value};
+use crate::model::{Parameter, Scene};
 use crate::orbit::{Breach, PeriodicOrbit, Rule};
 use crate::tolerance::{
     BREACH_AT_IMPACT, LOST_IMPACT_SPEED, REACHED_AT_IMPACT, ROUNDED_IMPACT_SPEED,
@@ -122,7 +122,7 @@ impl Special {
         } else {
             1.0
         };
-        move |value| with_value(self.orbit.scene(), parameter, value / unit)
+        move |value| self.orbit.scene().with_value(parameter, value / unit)
     }
 
     /// A special point of a kind at a point of the branch.

@@ -1,7 +1,7 @@
 //! Numbers of a scene by which something is derived: their values, their sizes, the scenes beside.
 
 use crate::error::Result;
-use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::model::{Parameter, Scene, StopNumber, Unit};
 use crate::tolerance::LEAST_RESTITUTION_LOSS;
 
 /// Numbers of a scene.
@@ -20,13 +20,13 @@ impl<'a> Numbers<'a> {
     /// A number that the scene does not have, or that its stops do not share; the phase, which shifts time alone.
     pub fn new(scene: &'a Scene, parameters: &'a [Parameter], farthest: f64) -> Result<Self> {
         let values = parameters.iter();
-        let values = values.map(|&parameter| start_of(scene, parameter, "parameters"));
+        let values = values.map(|&parameter| scene.start_of(parameter, "parameters"));
         let values: Vec<f64> = values.collect::<Result<_>>()?;
         // Clearances are felt as parts of the motion, factors and restitutions of one.
-        let size = |(&parameter, &value): (&Parameter, &f64)| match parameter {
-            Parameter::Frequency => value,
-            Parameter::Clearance | Parameter::ClearanceOf(_) => farthest.max(value.abs()),
-            _ => 1.0,
+        let size = |(&parameter, &value): (&Parameter, &f64)| match parameter.unit() {
+            Unit::Frequency => value,
+            Unit::Length => farthest.max(value.abs()),
+            Unit::One => 1.0,
         };
         let sizes = parameters.iter().zip(&values).map(size).collect();
         Ok(Self {
@@ -41,7 +41,7 @@ impl<'a> Numbers<'a> {
     pub fn accumulating(mut self) -> Self {
         let numbers = self.parameters.iter().zip(&self.values);
         for ((parameter, value), size) in numbers.zip(&mut self.sizes) {
-            if let Parameter::Restitution | Parameter::RestitutionOf(_) = parameter {
+            if parameter.stop_number() == Some(StopNumber::Restitution) {
                 *size = (1.0 - value).max(LEAST_RESTITUTION_LOSS);
             }
         }
@@ -60,7 +60,8 @@ impl<'a> Numbers<'a> {
 
     /// The scene beside in which number i is larger.
     pub fn scene(&self, i: usize, offset: f64) -> Result<Scene> {
-        with_value(self.scene, self.parameters[i], self.values[i] + offset)
+        self.scene
+            .with_value(self.parameters[i], self.values[i] + offset)
     }
 
     /// The size of a number.

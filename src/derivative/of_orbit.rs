@@ -46,7 +46,7 @@ const MOST_STEP_LENGTHS: usize = 4;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
 /// let orbit = &orbits[0];
-/// let found = derivatives(orbit, &[Parameter::ForcingScale, Parameter::Clearance])?;
+/// let found = derivatives(orbit, &[Parameter::ForcingScale, Parameter::CLEARANCE])?;
 /// // Twice the force and twice the clearance are twice the motion.
 /// let speed = found.speeds_before[(0, 0)] + found.speeds_before[(0, 1)];
 /// assert!((speed / orbit.impacts()[0].approach - 1.0).abs() < 1e-9);

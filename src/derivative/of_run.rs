@@ -44,7 +44,7 @@ pub struct RunDerivatives {
 /// let scene = Scene::new(system, Forcing::Unforced, [Stop::new(0, 1.0, 0.5)?])?;
 /// let run = simulate(&scene, &dvector![0.0], &dvector![2.0], (0.0, 3.0), &SimulateOptions::default())?;
 /// // From the stop at d it goes back with half the speed: q = d - (t - d/2), v = -1 = -2 e.
-/// let found = derivatives_of_run(&run, &[Parameter::Clearance, Parameter::Restitution], &[2.0])?;
+/// let found = derivatives_of_run(&run, &[Parameter::CLEARANCE, Parameter::RESTITUTION], &[2.0])?;
 /// assert!((found.by[0][(0, 0)] - 1.5).abs() < 1e-9 && (found.by[1][(0, 1)] + 2.0).abs() < 1e-9);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```

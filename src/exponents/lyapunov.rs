@@ -15,7 +15,7 @@ use crate::model::{Forcing, Scene, System};
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{
-    Ending, Keep, Method, Run, RunPiece, RunVisitor, SimulateOptions, Status, visit_runs,
+    Ending, Keep, Run, RunPiece, RunVisitor, SimulateOptions, Solver, Status, visit_runs,
 };
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -25,31 +25,14 @@ use std::ops::ControlFlow;
 const LYAPUNOV_PIECES: f64 = 1000.0;
 
 /// Options of [`lyapunov_exponents`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LyapunovOptions {
     /// Time at the start that does not count, default 0 \[s\].
     pub skip: f64,
     /// How many exponents are wanted, the largest; default all 2n.
     pub n_exponents: Option<usize>,
-    /// As for [`simulate`](crate::simulate()).
-    pub method: Method,
-    /// As for [`simulate`](crate::simulate()); deviations from a motion that is integrated have the same.
-    pub rtol: f64,
-    /// As for [`simulate`](crate::simulate()).
-    pub atol: Option<f64>,
-}
-
-impl Default for LyapunovOptions {
-    fn default() -> Self {
-        let usual = SimulateOptions::default();
-        Self {
-            skip: 0.0,
-            n_exponents: None,
-            method: usual.method,
-            rtol: usual.rtol,
-            atol: usual.atol,
-        }
-    }
+    /// As for [`simulate`](crate::simulate()); deviations from a motion that is integrated have the same tolerances.
+    pub solver: Solver,
 }
 
 /// How fast small deviations from a motion grow, in k directions.
@@ -133,8 +116,7 @@ pub fn lyapunov_exponents_observed(
     let n = scene.n_dof();
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
-    let tolerances = (options.rtol, options.atol);
-    let run = SimulateOptions::by(options.method, tolerances, Keep::Motion);
+    let run = SimulateOptions::by(options.solver, Keep::Motion);
     run.check(t_span)?;
     scene.check_span(t_span)?;
     let length = t_span.1 - t_span.0;
@@ -207,7 +189,8 @@ impl RunVisitor for Exponents<'_> {
             let tangents = ModalTangents::new(&timed);
             return self.along(make(), evaluator, tangents, None);
         }
-        let tangents = IntegratedTangents::new(self.scene, self.options.tolerances(), self.start);
+        let tangents =
+            IntegratedTangents::new(self.scene, self.options.solver.tolerances(), self.start);
         let whole = (self.t_span.1 - self.t_span.0) / LYAPUNOV_PIECES;
         let every = self
             .scene

@@ -251,7 +251,7 @@ pub(crate) fn along(row: &[Pair], state: &[Pair]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Change, Constraint, Forcing, Harmonic, Stop, System};
+    use crate::model::{Constraint, Forcing, Harmonic, Parameter, Stop, System};
     use nalgebra::dvector;
 
     #[test]
@@ -264,11 +264,15 @@ mod tests {
         let scene = Scene::new(system.clone(), force, [stop]).expect("fits");
         let none: [Constraint; 0] = [];
         let other = Scene::new(system, Forcing::Unforced, none).expect("fits");
-        let changed = scene.replace(Change::Frequency(3.0)).expect("valid");
+        let changed = scene
+            .replace(Parameter::Frequency.change(3.0))
+            .expect("valid");
         let form = |scene: &Scene| ModalScene::new(scene, "a test").expect("linear").form;
         assert!(Arc::ptr_eq(&form(&scene), &form(&other)));
         assert!(Arc::ptr_eq(&form(&scene), &form(&changed)));
-        let damped = scene.replace(Change::DampingScale(2.0)).expect("valid");
+        let damped = scene
+            .replace(Parameter::DampingScale.change(2.0))
+            .expect("valid");
         assert!(!Arc::ptr_eq(&form(&scene), &form(&damped)));
     }
 }

@@ -6,7 +6,7 @@ use crate::model::signal::Signal;
 /// Coordinates are relative to the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BaseAcceleration {
-    signal: Signal,
+    pub(super) signal: Signal,
 }
 
 impl BaseAcceleration {

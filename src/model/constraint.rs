@@ -1,5 +1,6 @@
 //! One stop of a scene, of any form.
 
+use crate::law::Law;
 use crate::model::nonlinear_stop::NonlinearStop;
 use crate::model::stop::{Stop, Wall, WallSide};
 use crate::model::stop_motion::StopMotion;
@@ -52,13 +53,26 @@ impl Constraint {
         }
     }
 
+    /// The law of contact.
+    pub(crate) fn law(&self) -> &Law {
+        match self {
+            Self::Stop(stop) => &stop.law,
+            Self::Wall(wall) => &wall.law,
+            Self::Nonlinear(stop) => &stop.law,
+        }
+    }
+
+    pub(super) fn law_mut(&mut self) -> &mut Law {
+        match self {
+            Self::Stop(stop) => &mut stop.law,
+            Self::Wall(wall) => &mut wall.law,
+            Self::Nonlinear(stop) => &mut stop.law,
+        }
+    }
+
     /// The restitution coefficient.
     pub(crate) fn restitution(&self) -> f64 {
-        match self {
-            Self::Stop(stop) => stop.restitution().value(),
-            Self::Wall(wall) => wall.restitution().value(),
-            Self::Nonlinear(stop) => stop.restitution().value(),
-        }
+        self.law().restitution().value()
     }
 
     /// The clearance, NaN of one that has a position or a gap function instead.

@@ -6,6 +6,7 @@
 
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
+use crate::model::fourier::Fourier;
 use crate::model::gap_motion::GapMotion;
 use crate::model::linear::LinearSystem;
 use crate::model::moment::Moment;
@@ -89,39 +90,6 @@ impl HarmonicPart {
     }
 }
 
-/// The harmonics of one forcing, those of its own frequency and of its multiples.
-fn harmonics_of(system: &System, forcing: &Forcing) -> Vec<HarmonicPart> {
-    match (forcing, system) {
-        (Forcing::Harmonic(force), _) => vec![HarmonicPart::of(force.amplitude().clone())],
-        (Forcing::Fourier(force), _) => {
-            let amplitudes = force.amplitudes().iter().cloned();
-            amplitudes.map(HarmonicPart::of).collect()
-        }
-        (Forcing::BaseMotion(base), System::Linear(system)) => {
-            let pull = pull(system);
-            let part = |(w, a): (f64, Complex<f64>)| pull.map(|x| a * x * w * w);
-            base.harmonics().map(part).map(HarmonicPart::of).collect()
-        }
-        (Forcing::BaseMotion(base), _) => {
-            let part = |(w, a): (f64, Complex<f64>)| HarmonicPart {
-                base: a * w.powi(2),
-                force: DVector::zeros(0),
-            };
-            base.harmonics().map(part).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// The amplitudes of a motion of one number.
-fn one_number(motion: &Forcing) -> Vec<Complex<f64>> {
-    match motion {
-        Forcing::Harmonic(f) => vec![f.amplitude()[0]],
-        Forcing::Fourier(f) => f.amplitudes().iter().map(|a| a[0]).collect(),
-        _ => Vec::new(),
-    }
-}
-
 /// The force `M r` with which a base moves a linear system.
 fn pull(system: &LinearSystem) -> DVector<f64> {
     let pull = system.influence().map(|r| system.mass().times(r));
@@ -169,20 +137,29 @@ impl Excitation {
             self.signals
                 .push(SignalPart::new(system, part, signal.clone()));
         }
-        let Some((frequency, own_phase)) = part.own_angle() else {
+        let Some(periodic) = part.own_periodic() else {
             return;
         };
-        if let Forcing::Fourier(force) = part
-            && let Some(mean) = force.mean().filter(|mean| mean.amax() > 0.0)
-        {
+        if let Some(mean) = periodic.mean().filter(|mean| mean.amax() > 0.0) {
             self.mean = if self.mean.is_empty() {
                 mean.clone()
             } else {
                 &self.mean + mean
             };
         }
-        for (k, harmonic) in (1u32..).zip(harmonics_of(system, part)) {
-            let (place, phase) = self.place_of(k, (frequency, own_phase), phase);
+        let angle = (periodic.frequency(), periodic.phase());
+        for (k, (w, amplitude)) in (1u32..).zip(periodic.harmonics()) {
+            let harmonic = match (part, system) {
+                (Forcing::BaseMotion(_), System::Linear(system)) => {
+                    HarmonicPart::of(pull(system).map(|x| amplitude[0] * x * w * w))
+                }
+                (Forcing::BaseMotion(_), _) => HarmonicPart {
+                    base: amplitude[0] * w.powi(2),
+                    force: DVector::zeros(0),
+                },
+                _ => HarmonicPart::of(amplitude.clone()),
+            };
+            let (place, phase) = self.place_of(k, angle, phase);
             self.harmonics[place].add(harmonic, phase);
         }
     }
@@ -224,8 +201,9 @@ impl Excitation {
             let motion = stop.motion().filter(|motion| motion.moves())?.as_forcing();
             let widens = stop.widens_by();
             let mut amplitudes = Vec::new();
-            if let Some(angle) = motion.own_angle() {
-                for (k, a) in (1u32..).zip(one_number(motion)) {
+            if let Some(periodic) = motion.own_periodic() {
+                let angle = (periodic.frequency(), periodic.phase());
+                for (k, a) in (1u32..).zip(periodic.amplitudes()) {
                     let (place, turned) = all.place_of(k, angle, phase);
                     if amplitudes.len() <= place {
                         amplitudes.resize(place + 1, Complex::default());
@@ -235,7 +213,7 @@ impl Excitation {
                     } else {
                         Complex::cis(turned)
                     };
-                    amplitudes[place] += a * turn * widens;
+                    amplitudes[place] += a[0] * turn * widens;
                 }
             }
             let signal = motion.own_signal().map(|signal| {
@@ -247,10 +225,8 @@ impl Excitation {
                 let last = all.signals.len() - 1;
                 (last, all.signals[last].signal.clone())
             });
-            let mean = match motion {
-                Forcing::Fourier(f) => f.mean().map_or(0.0, |mean| mean[0]),
-                _ => 0.0,
-            };
+            let mean = motion.own_periodic().and_then(Fourier::mean);
+            let mean = mean.map_or(0.0, |mean| mean[0]);
             Some(GapMotion {
                 mean: widens * mean,
                 rotations: Rotations::default(),

@@ -6,18 +6,15 @@ use crate::model::base_motion::BaseMotion;
 use crate::model::fourier::Fourier;
 use crate::model::load::Load;
 use crate::model::signal::Signal;
-use crate::quantity::{finite, finite_complex, is_finite, positive};
+use crate::quantity::{finite, finite_complex, positive};
 use crate::tolerance::{HIGHEST_MULTIPLE, WHOLE_MULTIPLE};
 use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
+use std::ops::Deref;
 
-/// Harmonic force `Re(amplitude exp(i (frequency t + phase)))` on the coordinates.
+/// Harmonic force `Re(amplitude exp(i (frequency t + phase)))` on the coordinates: a periodic one of one harmonic.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Harmonic {
-    amplitude: DVector<Complex<f64>>,
-    frequency: f64,
-    phase: f64,
-}
+pub struct Harmonic(Fourier);
 
 impl Harmonic {
     /// A harmonic force; a real `amplitude` of shape `(n,)` is a cosine.
@@ -30,26 +27,20 @@ impl Harmonic {
             return Err(Error::bad_shape("amplitude", "(0,)", expected));
         }
         finite_complex("amplitude", &amplitude)?;
-        Ok(Self {
-            amplitude,
-            frequency: positive("frequency", frequency)?,
-            phase: finite("phase", phase)?,
-        })
+        Fourier::new(vec![amplitude], frequency, phase).map(Self)
     }
 
     /// The force amplitude, shape `(n,)`.
     pub fn amplitude(&self) -> &DVector<Complex<f64>> {
-        &self.amplitude
+        &self.amplitudes()[0]
     }
+}
 
-    /// The circular frequency \[rad/s\].
-    pub fn frequency(&self) -> f64 {
-        self.frequency
-    }
+impl Deref for Harmonic {
+    type Target = Fourier;
 
-    /// The phase \[rad\].
-    pub fn phase(&self) -> f64 {
-        self.phase
+    fn deref(&self) -> &Fourier {
+        &self.0
     }
 }
 
@@ -157,23 +148,51 @@ impl Forcing {
         }
     }
 
-    /// The fundamental frequency of one forcing, and its phase; none of a signal.
-    pub(super) fn own_angle(&self) -> Option<(f64, f64)> {
+    /// What one forcing follows in time, if that is periodic.
+    pub(super) fn own_periodic(&self) -> Option<&Fourier> {
         match self {
-            Self::Harmonic(f) => Some((f.frequency, f.phase)),
-            Self::BaseMotion(f) => Some((f.frequency(), f.phase())),
-            Self::Fourier(f) => Some((f.frequency(), f.phase())),
-            Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_) | Self::Several(_) => None,
+            Self::Harmonic(Harmonic(f)) | Self::Fourier(f) | Self::BaseMotion(BaseMotion(f)) => {
+                Some(f)
+            }
+            _ => None,
         }
     }
 
     /// The signal that one forcing follows.
     pub(crate) fn own_signal(&self) -> Option<&Signal> {
         match self {
-            Self::Load(f) => Some(f.signal()),
-            Self::BaseAcceleration(f) => Some(f.signal()),
+            Self::Load(f) => Some(&f.signal),
+            Self::BaseAcceleration(f) => Some(&f.signal),
             _ => None,
         }
+    }
+
+    /// The fundamental frequency of one forcing, and its phase; none of a signal.
+    pub(super) fn own_angle(&self) -> Option<(f64, f64)> {
+        self.own_periodic().map(|f| (f.frequency, f.phase))
+    }
+
+    /// The forcing with what each part follows in time changed, wherever it acts.
+    fn with_sources(
+        &self,
+        periodic: &impl Fn(&mut Fourier),
+        signal: &impl Fn(&Signal) -> Signal,
+    ) -> Self {
+        let mut copy = self.clone();
+        match &mut copy {
+            Self::Unforced => {}
+            Self::Harmonic(Harmonic(f)) | Self::Fourier(f) | Self::BaseMotion(BaseMotion(f)) => {
+                periodic(f);
+            }
+            Self::Load(f) => f.signal = signal(&f.signal),
+            Self::BaseAcceleration(f) => f.signal = signal(&f.signal),
+            Self::Several(all) => {
+                for part in all {
+                    *part = part.with_sources(periodic, signal);
+                }
+            }
+        }
+        copy
     }
 
     /// The frequencies and phases of those that are periodic, in their order.
@@ -255,53 +274,31 @@ impl Forcing {
 
     /// The forcing with other frequencies and phases of its periodic parts, by a map from the old ones.
     pub(super) fn with_angles(&self, of: &impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
-        let (frequency, phase) = match self.own_angle() {
-            Some(own) => of(own),
-            None => (1.0, 0.0),
-        };
-        positive("frequency", frequency)?;
-        Ok(match self.clone() {
-            Self::Harmonic(f) => Self::Harmonic(Harmonic {
-                frequency,
-                phase,
-                ..f
-            }),
-            Self::BaseMotion(f) => Self::BaseMotion(f.with_frequency(frequency)?.with_phase(phase)),
-            Self::Fourier(f) => Self::Fourier(f.with_frequency(frequency).with_phase(phase)),
-            Self::Several(forcings) => {
-                let each = forcings.iter().map(|f| f.with_angles(of));
-                Self::Several(each.collect::<Result<_>>()?)
+        let turn = |f: &mut Fourier| (f.frequency, f.phase) = of((f.frequency, f.phase));
+        let changed = self.with_sources(&turn, &Signal::clone);
+        for part in changed.parts() {
+            if let Some((frequency, _)) = part.own_angle() {
+                positive("frequency", frequency)?;
             }
-            other @ (Self::Unforced | Self::Load(_) | Self::BaseAcceleration(_)) => other,
-        })
+            if let Self::BaseMotion(base) = part {
+                base.check()?;
+            }
+        }
+        Ok(changed)
     }
 
     /// The forcing shifted in time so that a part with the given frequency and phase has the phase `to`.
     fn turned(&self, (frequency, from): (f64, f64), to: f64) -> Self {
         let span = (to - from) / frequency;
-        let moved = |own: Option<(f64, f64)>| match own {
-            Some((w, phase)) if w == frequency && phase == from => to,
-            Some((w, phase)) => phase + w * span,
-            None => 0.0,
+        let turn = |f: &mut Fourier| {
+            let is_given = f.frequency == frequency && f.phase == from;
+            f.phase = if is_given {
+                to
+            } else {
+                f.phase + f.frequency * span
+            };
         };
-        let phase = moved(self.own_angle());
-        match self.clone() {
-            Self::Unforced => Self::Unforced,
-            Self::Harmonic(f) => Self::Harmonic(Harmonic { phase, ..f }),
-            Self::BaseMotion(f) => Self::BaseMotion(f.with_phase(phase)),
-            Self::Fourier(f) => Self::Fourier(f.with_phase(phase)),
-            Self::Load(f) => {
-                let signal = f.signal().earlier(span);
-                Self::Load(f.with_signal(signal))
-            }
-            Self::BaseAcceleration(f) => {
-                Self::BaseAcceleration(BaseAcceleration::new(f.signal().earlier(span)))
-            }
-            Self::Several(forcings) => {
-                let each = forcings.iter();
-                Self::Several(each.map(|f| f.turned((frequency, from), to)).collect())
-            }
-        }
+        self.with_sources(&turn, &|signal| signal.earlier(span))
     }
 
     /// The forcing at another fundamental frequency, or lowest one where there is no period: the other frequencies are scaled with it,
@@ -320,26 +317,10 @@ impl Forcing {
     /// The same forcing with its amplitude, or its signal, multiplied by a number.
     pub(crate) fn scaled(&self, factor: f64) -> Result<Self> {
         finite("forcing_scale", factor)?;
-        let scaled = match self.clone() {
-            Self::Unforced => return Err(no_forcing("forcing_scale", factor)),
-            Self::Harmonic(f) => Self::Harmonic(Harmonic {
-                amplitude: f.amplitude * Complex::from(factor),
-                ..f
-            }),
-            Self::BaseMotion(f) => Self::BaseMotion(f.scaled(factor)),
-            Self::Fourier(f) => Self::Fourier(f.scaled(factor)),
-            Self::Load(f) => {
-                let signal = f.signal().scaled(factor);
-                Self::Load(f.with_signal(signal))
-            }
-            Self::BaseAcceleration(f) => {
-                Self::BaseAcceleration(BaseAcceleration::new(f.signal().scaled(factor)))
-            }
-            Self::Several(forcings) => {
-                let each = forcings.iter().map(|f| f.scaled(factor));
-                Self::Several(each.collect::<Result<_>>()?)
-            }
-        };
+        if *self == Self::Unforced {
+            return Err(no_forcing("forcing_scale", factor));
+        }
+        let scaled = self.with_sources(&|f| f.scale(factor), &|signal| signal.scaled(factor));
         if scaled.is_finite() {
             return Ok(scaled);
         }
@@ -348,16 +329,14 @@ impl Forcing {
     }
 
     /// Whether amplitudes and signals are finite, and the accelerations of bases.
-    pub(super) fn is_finite(&self) -> bool {
-        match self {
-            Self::Unforced => true,
-            Self::Harmonic(f) => f.amplitude.iter().all(is_finite),
-            Self::BaseMotion(f) => f.is_finite(),
-            Self::Fourier(f) => f.is_finite(),
-            Self::Load(f) => f.signal().is_finite(),
-            Self::BaseAcceleration(f) => f.signal().is_finite(),
-            Self::Several(forcings) => forcings.iter().all(Self::is_finite),
-        }
+    fn is_finite(&self) -> bool {
+        self.parts().all(|part| match part {
+            Self::BaseMotion(f) => f.has_finite_acceleration(),
+            _ => {
+                part.own_periodic().is_none_or(Fourier::is_finite)
+                    && part.own_signal().is_none_or(Signal::is_finite)
+            }
+        })
     }
 
     /// Whether its force grows with the square of the frequency: all of it, `None` where a part of it does.

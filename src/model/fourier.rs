@@ -10,8 +10,8 @@ use std::f64::consts::TAU;
 pub struct Fourier {
     amplitudes: Vec<DVector<Complex<f64>>>,
     mean: Option<DVector<f64>>,
-    frequency: f64,
-    phase: f64,
+    pub(super) frequency: f64,
+    pub(super) phase: f64,
 }
 
 impl Fourier {
@@ -127,21 +127,20 @@ impl Fourier {
         self.phase
     }
 
-    pub(super) fn with_phase(self, phase: f64) -> Self {
-        Self { phase, ..self }
+    /// The harmonics with their frequencies.
+    pub(super) fn harmonics(&self) -> impl Iterator<Item = (f64, &DVector<Complex<f64>>)> {
+        let frequencies = (1..).map(|k: u32| f64::from(k) * self.frequency);
+        frequencies.zip(&self.amplitudes)
     }
 
-    pub(super) fn with_frequency(self, frequency: f64) -> Self {
-        Self { frequency, ..self }
-    }
-
-    /// The same force times a number, its mean too.
-    pub(super) fn scaled(mut self, factor: f64) -> Self {
+    /// Multiplies it by a number, its mean too.
+    pub(super) fn scale(&mut self, factor: f64) {
         for amplitude in &mut self.amplitudes {
             *amplitude *= Complex::from(factor);
         }
-        self.mean = self.mean.map(|mean| mean * factor);
-        self
+        if let Some(mean) = &mut self.mean {
+            *mean *= factor;
+        }
     }
 
     pub(super) fn is_finite(&self) -> bool {

@@ -24,7 +24,7 @@ use nalgebra::DVector;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     direction: Normal,
-    signal: Signal,
+    pub(super) signal: Signal,
 }
 
 impl Load {
@@ -56,9 +56,5 @@ impl Load {
     /// A coordinate that the system does not have, or a vector of another length.
     pub(crate) fn direction_vector(&self, n: usize) -> Result<DVector<f64>> {
         self.direction.vector(n, "forcing.direction")
-    }
-
-    pub(super) fn with_signal(self, signal: Signal) -> Self {
-        Self { signal, ..self }
     }
 }

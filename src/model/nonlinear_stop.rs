@@ -60,7 +60,7 @@ pub trait GapFunction: Any + Send + Sync {
 #[derive(Clone)]
 pub struct NonlinearStop {
     function: Arc<dyn GapFunction>,
-    law: Law,
+    pub(super) law: Law,
     curvature: Option<f64>,
     reaction: Reaction,
     motion: Option<StopMotion>,
@@ -205,11 +205,6 @@ impl NonlinearStop {
         )?
         .with_reaction(self.reaction.clone())
         .map(|stop| stop.with_motion(self.motion.clone()))
-    }
-
-    pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.law = Law::newton_of(restitution)?;
-        Ok(())
     }
 }
 

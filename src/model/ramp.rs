@@ -1,7 +1,7 @@
 //! A number of a scene that drifts during a run (theory 14): from its value at the start to another, steadily or in levels.
 
 use crate::error::{Error, Result};
-use crate::model::change::Parameter;
+use crate::model::parameter::Parameter;
 use crate::model::twice::{Twice, mean_exponential};
 use crate::quantity::{finite, positive};
 

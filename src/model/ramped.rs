@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::model::base_acceleration::BaseAcceleration;
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};
+use crate::model::fourier::Fourier;
 use crate::model::function_pieces::Layout;
 use crate::model::load::Load;
 use crate::model::moment::Moment;
@@ -112,8 +113,8 @@ struct Sweep<'a, 'o> {
 }
 
 impl Sweep<'_, '_> {
-    fn angle(&self, part: &Forcing, t: f64) -> Swept {
-        let (frequency, phase) = part.own_angle().unwrap_or((self.lowest, 0.0));
+    fn angle(&self, periodic: &Fourier, t: f64) -> Swept {
+        let (frequency, phase) = (periodic.frequency(), periodic.phase());
         // Whole turns would take digits.
         let phase = if phase.abs() > PI {
             Complex::cis(phase).arg()
@@ -158,27 +159,23 @@ impl Sweep<'_, '_> {
     }
 
     /// A periodic force with harmonics about a mean.
-    fn force(
-        &self,
-        part: &Forcing,
-        amplitudes: &[&DVector<Complex<f64>>],
-        mean: Option<&DVector<f64>>,
-    ) -> Result<Vec<Forcing>> {
+    fn force(&self, force: &Fourier) -> Result<Vec<Forcing>> {
+        let amplitudes = force.amplitudes();
         let mut all = Vec::new();
-        if let Some(mean) = mean {
+        if let Some(mean) = force.mean() {
             all.push(self.load(mean.clone(), |_| 1.0, 1.0)?);
         }
         // Along as few directions as may be: those of the coordinates, or those of the parts of each harmonic.
-        let n = amplitudes.first().map_or(0, |a| a.len());
         let acts_on = |&i: &usize| amplitudes.iter().any(|a| a[i] != Complex::default());
-        let coordinates: Vec<usize> = (0..n).filter(acts_on).collect();
+        let coordinates: Vec<usize> = (0..force.n_dof()).filter(acts_on).collect();
         let turned = |t: f64, k: usize| {
-            let Swept { angle, .. } = self.angle(part, t);
+            let Swept { angle, .. } = self.angle(force, t);
             Complex::cis(angle * (k + 1) as f64)
         };
         if coordinates.len() <= amplitudes.len() {
             for i in coordinates {
-                let direction = DVector::from_fn(n, |j, _| if i == j { 1.0 } else { 0.0 });
+                let direction =
+                    DVector::from_fn(force.n_dof(), |j, _| if i == j { 1.0 } else { 0.0 });
                 let harmonics = |t: f64| {
                     amplitudes
                         .iter()
@@ -205,20 +202,14 @@ impl Sweep<'_, '_> {
     /// One forcing as it drifts.
     fn forcing(&self, part: &Forcing) -> Result<Vec<Forcing>> {
         match part {
-            Forcing::Harmonic(f) => self.force(part, &[f.amplitude()], None),
-            Forcing::Fourier(f) => {
-                let amplitudes: Vec<_> = f.amplitudes().iter().collect();
-                self.force(part, &amplitudes, f.mean())
-            }
             Forcing::BaseMotion(base) => {
-                let amplitudes = base.amplitudes();
                 let harmonics = |t: f64| {
-                    let (swept, [s, s1, s2]) = (self.angle(part, t), self.drift.scale_at(t));
-                    amplitudes.iter().enumerate().map(move |(k, u)| {
+                    let (swept, [s, s1, s2]) = (self.angle(base, t), self.drift.scale_at(t));
+                    base.amplitudes().iter().enumerate().map(move |(k, u)| {
                         let k = (k + 1) as f64;
                         let (w, slope) = (k * swept.rate, k * swept.rate_slope);
                         let factor = Complex::new(s2 - s * w * w, 2.0 * w * s1 + s * slope);
-                        factor * u * Complex::cis(k * swept.angle)
+                        factor * u[0] * Complex::cis(k * swept.angle)
                     })
                 };
                 let acceleration = |t: f64| harmonics(t).map(|z| z.re).sum();
@@ -226,6 +217,7 @@ impl Sweep<'_, '_> {
                 let signal = self.signal(acceleration, size)?;
                 Ok(vec![BaseAcceleration::new(signal).into()])
             }
+            _ if let Some(force) = part.own_periodic() => self.force(force),
             signal if self.drift.scale.is_none() => Ok(vec![signal.clone()]),
             _ => {
                 let rule = "a forcing that follows a signal cannot be scaled steadily: give the signal as it is to be";
@@ -258,31 +250,22 @@ impl Sweep<'_, '_> {
 
     /// The sizes of the terms of [`displacement`](Self::displacement).
     fn largest_displacement(&self, motion: &Forcing, t: f64) -> f64 {
-        match motion {
-            Forcing::Harmonic(f) => f.amplitude()[0].norm(),
-            Forcing::Fourier(f) => {
-                let mean = f.mean().map_or(0.0, |mean| mean[0].abs());
-                mean + f.amplitudes().iter().map(|a| a[0].norm()).sum::<f64>()
-            }
-            signal => self.displacement(signal, t).abs(),
-        }
+        let Some(f) = motion.own_periodic() else {
+            return self.displacement(motion, t).abs();
+        };
+        let mean = f.mean().map_or(0.0, |mean| mean[0].abs());
+        mean + f.amplitudes().iter().map(|a| a[0].norm()).sum::<f64>()
     }
 
     /// The displacement of a stop by its own motion.
     fn displacement(&self, motion: &Forcing, t: f64) -> f64 {
-        let harmonic = |(k, a): (usize, Complex<f64>)| {
-            let Swept { angle, .. } = self.angle(motion, t);
-            (a * Complex::cis((k + 1) as f64 * angle)).re
+        let Some(f) = motion.own_periodic() else {
+            return motion.own_signal().map_or(0.0, |signal| signal.value(t));
         };
-        match motion {
-            Forcing::Harmonic(f) => harmonic((0, f.amplitude()[0])),
-            Forcing::Fourier(f) => {
-                let mean = f.mean().map_or(0.0, |mean| mean[0]);
-                let harmonics = f.amplitudes().iter().map(|a| a[0]);
-                mean + harmonics.enumerate().map(harmonic).sum::<f64>()
-            }
-            signal => signal.own_signal().map_or(0.0, |signal| signal.value(t)),
-        }
+        let Swept { angle, .. } = self.angle(f, t);
+        let amplitudes = f.amplitudes().iter().enumerate();
+        let harmonics = amplitudes.map(|(k, a)| (a[0] * Complex::cis((k + 1) as f64 * angle)).re);
+        f.mean().map_or(0.0, |mean| mean[0]) + harmonics.sum::<f64>()
     }
 }
 

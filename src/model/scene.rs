@@ -2,7 +2,6 @@
 
 use crate::error::{Error, Result};
 use crate::law::Newton;
-use crate::model::change::{Change, scale_damping, set_clearance, set_restitution};
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
 use crate::model::excitation::Excitation;
@@ -32,13 +31,13 @@ impl Laws {
 /// System, forcing and stops: what is analysed or simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    system: System,
-    forcing: Forcing,
-    stops: Vec<Constraint>,
+    pub(super) system: System,
+    pub(super) forcing: Forcing,
+    pub(super) stops: Vec<Constraint>,
     /// What runs by exact flights need of it.
     derived: Derived,
     /// What follows from its system and its stops alone, their motions apart.
-    contacts: Derived,
+    pub(super) contacts: Derived,
     /// What periodic motions need of it, the phase of its forcing left out.
     modal: Derived,
     /// What drifts along a run otherwise than by signals.
@@ -247,18 +246,23 @@ impl Scene {
         self.laws.as_ref()?.damping
     }
 
-    /// The scene with other frequencies and phases of the periodic parts of its forcing and of its stops' motions.
-    pub(crate) fn with_angles(&self, of: impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
-        let mut copy = Self {
+    /// A copy whose motion is to be changed: without what was made of the scene once, but for its contacts.
+    pub(super) fn to_be_changed(&self) -> Self {
+        Self {
             derived: Derived::default(),
             modal: Derived::default(),
             ..self.clone()
-        };
+        }
+    }
+
+    /// The scene with other frequencies and phases of the periodic parts of its forcing and of its stops' motions.
+    pub(crate) fn with_angles(&self, of: impl Fn((f64, f64)) -> (f64, f64)) -> Result<Self> {
+        let mut copy = self.to_be_changed();
         copy.with_all_forcing(|all| all.with_angles(&of))?;
         Ok(copy)
     }
 
-    /// Frequency and phase of the first periodic part, whose phase `Change::Phase` changes.
+    /// Frequency and phase of the first periodic part, whose phase `Parameter::Phase` is.
     pub(crate) fn first_angle(&self) -> Option<(f64, f64)> {
         self.all_forcing().angles().next()
     }
@@ -280,7 +284,10 @@ impl Scene {
     }
 
     /// Changes the forcing and the motions of stops together.
-    fn with_all_forcing(&mut self, change: impl FnOnce(&Forcing) -> Result<Forcing>) -> Result<()> {
+    pub(super) fn with_all_forcing(
+        &mut self,
+        change: impl FnOnce(&Forcing) -> Result<Forcing>,
+    ) -> Result<()> {
         let changed = change(&self.all_forcing())?;
         if !self.has_stop_motion() {
             self.forcing = changed;
@@ -445,51 +452,6 @@ impl Scene {
         })
     }
 
-    /// A changed copy of the scene.
-    ///
-    /// # Errors
-    /// A value that breaks its rule, or a result that does not fit together.
-    pub fn replace(&self, change: Change) -> Result<Self> {
-        let mut copy = Self {
-            derived: Derived::default(),
-            modal: Derived::default(),
-            ..self.clone()
-        };
-        let is_of_motion_alone = matches!(
-            change,
-            Change::Frequency(_)
-                | Change::Phase(_)
-                | Change::FundamentalPhase(_)
-                | Change::ForcingScale(_)
-        );
-        if !is_of_motion_alone {
-            copy.contacts = Derived::default();
-        }
-        match change {
-            Change::System(system) => return Self::new(system, copy.forcing, copy.stops),
-            Change::Forcing(forcing) => return Self::new(copy.system, forcing, copy.stops),
-            Change::Stops(stops) => return Self::new(copy.system, copy.forcing, stops),
-            Change::Frequency(frequency) => {
-                copy.with_all_forcing(|all| all.with_frequency(frequency))?;
-            }
-            Change::Phase(phase) => copy.with_all_forcing(|all| all.with_phase(phase))?,
-            Change::FundamentalPhase(phase) => {
-                copy.with_all_forcing(|all| all.with_fundamental_phase(phase))?;
-            }
-            Change::ForcingScale(factor) => copy.forcing = self.forcing.scaled(factor)?,
-            Change::DampingScale(factor) => copy.system = scale_damping(&self.system, factor)?,
-            Change::Clearance(values) => copy.set_each("clearance", &values, set_clearance)?,
-            Change::Restitution(values) => {
-                copy.set_each("restitution", &values, set_restitution)?;
-            }
-            Change::ClearanceOf(i, value) => set_clearance(copy.stop_mut("clearance", i)?, value)?,
-            Change::RestitutionOf(i, value) => {
-                set_restitution(copy.stop_mut("restitution", i)?, value)?;
-            }
-        }
-        Ok(copy)
-    }
-
     /// The place of what is made once of its system and its stops, their motions apart.
     pub(crate) fn contacts(&self) -> &Derived {
         &self.contacts
@@ -503,43 +465,5 @@ impl Scene {
     /// The place of what is made of the scene once.
     pub(crate) fn derived(&self) -> &Derived {
         &self.derived
-    }
-
-    fn stop_mut(&mut self, argument: &str, index: usize) -> Result<&mut Constraint> {
-        let count = self.stops.len();
-        self.stops.get_mut(index).ok_or_else(|| {
-            Error::bad_value(
-                format!("{argument}[{index}]"),
-                "not there",
-                format!("the scene has {count} stops"),
-            )
-        })
-    }
-
-    fn set_each(
-        &mut self,
-        argument: &str,
-        values: &[f64],
-        set: impl Fn(&mut Constraint, f64) -> Result<()>,
-    ) -> Result<()> {
-        let count = self.stops.len();
-        if count == 0 {
-            return Err(Error::bad_value(
-                argument,
-                format!("{values:?}"),
-                "the scene has no stops to change; give it some with `stops`",
-            ));
-        }
-        if values.len() != 1 && values.len() != count {
-            return Err(Error::bad_shape(
-                argument,
-                format!("({},)", values.len()),
-                format!("one number, or ({count},): one for each stop"),
-            ));
-        }
-        for (i, stop) in self.stops.iter_mut().enumerate() {
-            set(stop, values[if values.len() == 1 { 0 } else { i }])?;
-        }
-        Ok(())
     }
 }

@@ -1,11 +1,11 @@
 //! The motion of whatever a scene's system is.
 
 use crate::error::Result;
-use crate::model::change::Change;
 use crate::model::dynamics::{ChainMotion, DoublePendulumMotion, Dynamics, NonlinearMotion};
 use crate::model::input::Driven;
 use crate::model::linear_motion::LinearMotion;
 use crate::model::moment::Moment;
+use crate::model::parameter::Parameter;
 use crate::model::ramp::SteadyRamp;
 use crate::model::scene::Scene;
 use crate::model::system::System;
@@ -41,7 +41,7 @@ impl SceneMotion {
     pub fn new(scene: &Scene) -> Self {
         if let Some(factor) = scene.drifting_damping() {
             let damped = scene.clone().with_laws(Vec::new(), None);
-            let undamped = damped.replace(Change::DampingScale(0.0));
+            let undamped = damped.replace(Parameter::DampingScale.change(0.0));
             let undamped = undamped.expect("the damping drifts by its factor");
             return Self::Fading(FadingDamping {
                 damped: Box::new(Self::new(&damped)),

@@ -24,7 +24,7 @@ pub enum Side {
 pub struct Stop {
     normal: Normal,
     clearance: f64,
-    law: Law,
+    pub(super) law: Law,
     side: Side,
     reaction: Reaction,
     motion: Option<StopMotion>,
@@ -148,11 +148,6 @@ impl Stop {
         self.clearance = finite("clearance", clearance)?;
         Ok(())
     }
-
-    pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.law = Law::newton_of(restitution)?;
-        Ok(())
-    }
 }
 
 /// On which side of a pendulum's bob a wall stands.
@@ -171,7 +166,7 @@ pub enum WallSide {
 pub struct Wall {
     bob: usize,
     position: f64,
-    law: Law,
+    pub(super) law: Law,
     side: WallSide,
     motion: Option<StopMotion>,
 }
@@ -253,10 +248,5 @@ impl Wall {
         };
         let stop = Stop::new(normal, clearance, self.restitution().value())?;
         Ok(stop.on_side(side).with_motion(motion))
-    }
-
-    pub(crate) fn set_restitution(&mut self, restitution: f64) -> Result<()> {
-        self.law = Law::newton_of(restitution)?;
-        Ok(())
     }
 }

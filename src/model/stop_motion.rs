@@ -69,14 +69,11 @@ impl StopMotion {
 
     /// Whether it is not zero at all times.
     pub(crate) fn moves(&self) -> bool {
-        match &self.0 {
-            Forcing::Harmonic(f) => f.amplitude()[0].norm() > 0.0,
-            Forcing::Fourier(f) => {
+        self.0.own_signal().is_some_and(|signal| !signal.is_zero())
+            || self.0.own_periodic().is_some_and(|f| {
                 let mean = f.mean().is_some_and(|mean| mean[0] != 0.0);
                 mean || f.amplitudes().iter().any(|a| a[0].norm() > 0.0)
-            }
-            other => other.own_signal().is_some_and(|signal| !signal.is_zero()),
-        }
+            })
     }
 
     /// A motion again of its [`as_forcing`](Self::as_forcing), changed.

@@ -2,7 +2,7 @@
 //! form (as the clearances times a factor are, in `one_instant/solve.rs`), any other parameter by a search of its range.
 
 use crate::error::Result;
-use crate::model::{Change, Parameter};
+use crate::model::Parameter;
 use crate::observer::Observer;
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::solve::{at_clearance, at_phase, clearance_margin};
@@ -28,7 +28,9 @@ pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer<'_>) -
             "no factor on the forcing lets the stops be hit together",
         ));
     }
-    let scene = problem.scene.replace(Change::ForcingScale(scale))?;
+    let scene = problem
+        .scene
+        .replace(Parameter::ForcingScale.change(scale))?;
     let scaled = problem.of_scene(&scene)?;
     let mut orbits = Orbits::new(&scaled, at_clearance(&scaled)?, observer)?;
     orbits.reason = format!("one solution, at forcing_scale = {scale}");

@@ -2,7 +2,7 @@
 
 use crate::error::{Result, digits};
 use crate::flow::ModalScene;
-use crate::model::{Change, Scene};
+use crate::model::{Change, Scene, StopNumber};
 use crate::observer::Observer;
 use crate::orbit::flights::OrbitData;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -143,7 +143,7 @@ fn at_clearances(
     }
     let clearances = geometry.clearances.as_slice().to_vec();
     Ok((
-        scene.replace(Change::Clearance(clearances))?,
+        scene.replace(Change::EachStop(StopNumber::Clearance, clearances))?,
         Arc::new(ModalScene {
             geometry: Arc::new(geometry),
             ..(**modal).clone()

@@ -9,7 +9,7 @@ use crate::python::diagram::count;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::pattern::{out_pattern, pattern};
-use crate::python::simulate::method;
+use crate::python::simulate::solver;
 use crate::python::sweep::fraction;
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
@@ -66,9 +66,7 @@ pub(crate) fn _settle_seeds<'py>(
         longest_period: count("longest_period", longest_period, 1)?,
         transient: count("transient", transient, 0)?,
         max_periods: count("max_periods", max_periods, 0)?,
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
     let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
@@ -176,9 +174,7 @@ pub(crate) fn _group_attractors<'py>(
         longest_period: count("longest_period", longest_period, 1)?,
         transient: count("transient", transient, 0)?,
         max_periods: count("max_periods", max_periods, 0)?,
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
         sweep: SweepOptions::default(),
     };
     let found = found.iter().map(read_found).collect::<PyResult<Vec<_>>>()?;

@@ -8,7 +8,7 @@ use crate::python::attractor::state_box;
 use crate::python::diagram::count;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
-use crate::python::simulate::method;
+use crate::python::simulate::solver;
 use crate::python::sweep::fraction;
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
@@ -66,9 +66,7 @@ pub(crate) fn _basin_cells<'py>(
         phase,
         max_periods: count("max_periods", max_periods, 0)?,
         hits: hits.map(|hits| count("hits", hits, 1)).transpose()?,
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
     let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {

@@ -4,7 +4,7 @@ use crate::branch::{
     self, Branch, BranchEnd, ContinuationOptions, EndReason, Heading, Special, SpecialKind, Virtual,
 };
 use crate::error::{Error, Result};
-use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::python::answered::called_here;
 use crate::python::array::out_matrix;
@@ -53,10 +53,8 @@ type OutSpecial = (
 /// What varies along a branch.
 pub(super) enum Varied<'a> {
     Number(Parameter),
-    /// A factor on what an orbit has, which is that of a value.
+    /// A factor on what an orbit has, which is that of a value; the amplitude of a base is one on that which the scene has.
     Factor(Parameter, f64),
-    /// The amplitude of a base, as a factor on the one that the scene has.
-    Amplitude(f64),
     /// The energy of the motion, in one scene.
     Energy,
     Made(&'a Py<PyAny>, f64),
@@ -67,14 +65,14 @@ impl Varied<'_> {
     fn start(&self) -> f64 {
         match self {
             Self::Number(_) | Self::Energy => 1.0,
-            Self::Factor(_, start) | Self::Amplitude(start) | Self::Made(_, start) => *start,
+            Self::Factor(_, start) | Self::Made(_, start) => *start,
         }
     }
 
     /// The value in the scene of an orbit.
     pub fn start_in(&self, scene: &Scene) -> Result<f64> {
         match self {
-            Self::Number(parameter) => start_of(scene, *parameter, "parameters"),
+            Self::Number(parameter) => scene.start_of(*parameter, "parameters"),
             Self::Energy => {
                 let rule =
                     "each must be a number of the scene, which the energy of a motion is not";
@@ -87,10 +85,9 @@ impl Varied<'_> {
     /// The scene of a value, from that of the orbit.
     pub fn scene(&self, own: &Scene, value: f64, raised: &Mutex<Option<PyErr>>) -> Result<Scene> {
         match self {
-            Self::Number(parameter) => with_value(own, *parameter, value),
+            Self::Number(parameter) => own.with_value(*parameter, value),
             Self::Energy => Ok(own.clone()),
-            Self::Factor(parameter, start) => with_value(own, *parameter, value / start),
-            Self::Amplitude(given) => own.replace(Parameter::ForcingScale.change(value / given)),
+            Self::Factor(parameter, start) => own.with_value(*parameter, value / start),
             Self::Made(function, _) => made(function, (value,), raised),
         }
     }
@@ -104,7 +101,10 @@ pub(super) fn varied<'a>(
 ) -> PyResult<Varied<'a>> {
     match (name, make, start) {
         (Some("energy"), ..) => Ok(Varied::Energy),
-        (Some("amplitude"), ..) => Ok(Varied::Amplitude(amplitude_given("parameter", scene)?)),
+        (Some("amplitude"), ..) => {
+            let given = amplitude_given("parameter", scene)?;
+            Ok(Varied::Factor(Parameter::ForcingScale, given))
+        }
         (Some(name), _, start) => name.parse().map(|parameter| match start {
             Some(start) if Parameter::is_factor(parameter) => Varied::Factor(parameter, start),
             _ => Varied::Number(parameter),
@@ -164,7 +164,7 @@ pub(crate) fn _continuation<'py>(
                 branch::continuation(own, *parameter, between, &options, observer)
             }
             Varied::Energy => branch::continuation_over_energy(own, between, &options, observer),
-            Varied::Factor(..) | Varied::Amplitude(_) | Varied::Made(..) => {
+            Varied::Factor(..) | Varied::Made(..) => {
                 let make = |value: f64| varied.scene(own.scene(), value, &raised);
                 branch::continuation_of(own, &make, varied.start(), between, &options, observer)
             }

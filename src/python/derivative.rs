@@ -2,7 +2,7 @@
 
 use crate::derivative::{self, OrbitDerivatives};
 use crate::error::Result;
-use crate::model::{Parameter, Scene, start_of};
+use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::python::array::{out_matrix, vector};
 use crate::python::interrupt;
@@ -30,11 +30,8 @@ pub(crate) struct OfRun {
 pub(crate) fn names_for_run(scene: &Scene, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     let names = names("derivatives", given, "numbers of Scene.replace")?;
     for name in &names {
-        start_of(
-            scene,
-            named("derivatives", scene, name)?.parameter,
-            "derivatives",
-        )?;
+        let parameter = named("derivatives", scene, name)?.parameter;
+        scene.start_of(parameter, "derivatives")?;
     }
     Ok(names)
 }

@@ -4,7 +4,7 @@ use crate::model::Scene;
 use crate::python::array::{out_matrix, times, vector};
 use crate::python::orbit::PyOrbit;
 use crate::python::pattern::{out_pattern, stop_set};
-use crate::python::simulate::method;
+use crate::python::simulate::solver;
 use crate::python::sweep::{axis, fraction, scenes};
 use crate::python::text::shown;
 use crate::python::trajectory::PyTrajectory;
@@ -189,9 +189,7 @@ pub(crate) fn _bifurcation_diagram<'py>(
             }
         },
         carry,
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
     let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {

@@ -3,7 +3,7 @@
 use crate::exponents::{LyapunovOptions, lyapunov_exponents_observed};
 use crate::python::array::{out_matrix, vector};
 use crate::python::model::PyScene;
-use crate::python::simulate::{count, method, span};
+use crate::python::simulate::{count, solver, span};
 use crate::python::{argument, interrupt};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
@@ -44,9 +44,7 @@ pub(crate) fn _lyapunov_exponents<'py>(
     let options = LyapunovOptions {
         skip,
         n_exponents: count("n_exponents", n_exponents)?,
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
     };
     let scene = &scene.0;
     let found = interrupt::run(py, progress, |observe| {

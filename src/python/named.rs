@@ -59,8 +59,8 @@ pub(super) fn names(
 
 /// The amplitude of a base motion that is one real number.
 fn single(base: &BaseMotion) -> Option<f64> {
-    match base.amplitudes().as_slice() {
-        [one] if one.im == 0.0 => Some(one.re),
+    match base.amplitudes() {
+        [one] if one[0].im == 0.0 => Some(one[0].re),
         _ => None,
     }
 }

@@ -6,7 +6,7 @@ use crate::python::model::PyScene;
 use crate::python::ramp::ramps;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt};
-use crate::simulate::{self as core, Keep, Method, SimulateOptions};
+use crate::simulate::{self as core, Keep, Method, SimulateOptions, Solver};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -50,8 +50,9 @@ pub(crate) fn count(argument: &str, value: Option<i64>) -> PyResult<Option<usize
 }
 
 /// The method of a name, in any letter case.
-pub(crate) fn method(value: &str) -> PyResult<Method> {
-    Ok(Method::from_name(value)?)
+pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Solver> {
+    let method = Method::from_name(method)?;
+    Ok(Solver { method, rtol, atol })
 }
 
 /// Simulates a scene from (q0, v0) over a span of time.
@@ -180,9 +181,7 @@ pub(crate) fn simulate(
     let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);
     let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
     let options = SimulateOptions {
-        method: self::method(method)?,
-        rtol,
-        atol,
+        solver: solver(method, rtol, atol)?,
         t_eval,
         keep: self::keep(keep)?,
         max_impacts,

@@ -11,7 +11,7 @@ use crate::python::named::amplitude_given;
 use crate::python::pattern::pattern;
 use crate::python::ramp::ramps;
 use crate::python::rows::out_impacts_of_runs;
-use crate::python::simulate::{count, keep, method, span};
+use crate::python::simulate::{count, keep, solver, span};
 use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use crate::simulate::{Samples, SimulateOptions};
@@ -272,10 +272,8 @@ pub(crate) fn _simulate_rows<'py>(
     let (q0, v0) = (rows_or_one("q0", q0, n)?, rows_or_one("v0", v0, n)?);
     let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
     let options = SimulateOptions {
-        method: self::method(method)?,
+        solver: solver(method, rtol, atol)?,
         keep: self::keep(keep)?,
-        rtol,
-        atol,
         t_eval,
         max_impacts,
         ramps: ramps(ramp)?,

@@ -3,7 +3,7 @@
 
 use crate::law::Cushion;
 use crate::model::{Forcing, LinearSystem, Scene, Stop};
-use crate::simulate::{ImpactSide, Method, SimulateOptions, simulate};
+use crate::simulate::{ImpactSide, Method, SimulateOptions, Solver, simulate};
 use nalgebra::{dmatrix, dvector};
 
 /// A free body gives back of its speed what the law says of a spring with a dashpot, in the time that it says.
@@ -20,8 +20,11 @@ fn a_free_body_is_given_back_what_another_law_says() {
     let back = 0.5 / 0.8 + std::f64::consts::PI / damped;
     for method in ["exact", "rk45", "dop853"] {
         let options = SimulateOptions {
-            method: Method::from_name(method).expect("a method"),
-            rtol: 1e-11,
+            solver: Solver {
+                method: Method::from_name(method).expect("a method"),
+                rtol: 1e-11,
+                ..Solver::default()
+            },
             ..SimulateOptions::default()
         };
         let run = simulate(&scene, &dvector![0.0], &dvector![0.8], (0.0, 3.0), &options)

@@ -48,7 +48,7 @@ pub(crate) fn visit_runs<V: RunVisitor>(
     options: &SimulateOptions,
     visitor: V,
 ) -> Result<V::Output> {
-    match options.method.chosen_for(scene) {
+    match options.solver.method.chosen_for(scene) {
         Method::Exact => {
             let timed = TimedScene::of(scene, V::BY_EXACT_FLIGHTS)?;
             let evaluator = Evaluator::Exact {
@@ -59,7 +59,7 @@ pub(crate) fn visit_runs<V: RunVisitor>(
             };
             let (phase, n_dof) = (scene.phase(), scene.n_dof());
             with_flow!(&*timed.flow, flow => {
-                let flow = || ClosedForm::new(flow, &timed, phase, options.tolerances());
+                let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());
                 visitor.visit(|| Run::new(flow(), options, n_dof), evaluator)
             })
         }
@@ -94,11 +94,11 @@ fn along_series<S: State, D: Dynamics + Sync, V: RunVisitor>(
     visitor: V,
 ) -> Result<V::Output> {
     let make = || {
-        let free = Taylor::new(links.clone(), scene, options.rtol);
-        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerances(), free);
+        let free = Taylor::new(links.clone(), scene, options.solver.rtol);
+        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
         Run::new(flow, options, scene.n_dof())
     };
-    let order = series_order(options.rtol);
+    let order = series_order(options.solver.rtol);
     visitor.visit_series(make, Evaluator::Series { order })
 }
 
@@ -179,7 +179,7 @@ fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
 ) -> Result<V::Output> {
     let make = || {
         let free = InSteps::<P::Choice, P::Of<S>>::new(choice);
-        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.tolerances(), free);
+        let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
         Run::new(flow, options, scene.n_dof())
     };
     let degree = <P::Of<S> as Stepper<S>>::Dense::DEGREE;

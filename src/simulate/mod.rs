@@ -23,6 +23,7 @@ mod saved_mechanics;
 mod saved_rules;
 mod schedule;
 mod simulation;
+mod solver;
 mod trajectory;
 
 pub use crate::hybrid::{Graze, SegmentKind};
@@ -39,4 +40,5 @@ pub use plan::{plan, plan_under};
 pub(crate) use run::{Done, Run};
 pub use saved::SavedTrajectory;
 pub use simulation::{simulate, simulate_observed};
+pub use solver::Solver;
 pub use trajectory::Trajectory;

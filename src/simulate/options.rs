@@ -1,11 +1,9 @@
 //! What is asked of a simulation beside the scene and the start, and what it counts.
 
 use crate::error::{Error, Result};
-use crate::flow::characteristic_length::Tolerances;
-use crate::flow::steps::Tolerance;
 use crate::hybrid::Counts;
 use crate::model::{Ramp, Scene};
-use crate::simulate::method::Method;
+use crate::simulate::solver::Solver;
 
 /// What a trajectory keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,18 +18,10 @@ pub enum Keep {
 }
 
 /// Options of [`crate::simulate()`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SimulateOptions {
-    /// How the flights are computed.
-    pub method: Method,
-    /// Relative tolerance, default 1e-9, of each step of an integration. With every method it says when impacts that accumulate are
-    /// completed, and how deep inside a stop a start may lie; in exact flights the latter where it is stricter than the default.
-    pub rtol: f64,
-    /// Absolute tolerance, as `rtol`. Default: 1e-12 of how far the motion goes, of each gap by itself: of the largest of its
-    /// clearance, the motion of its stop, the terms of `n.q` at the start and in the steady response of a linear scene, and of
-    /// `n.v` at the start times the time of a turn; where steps are taken the smallest of those of gaps and coordinates; 1e-12
-    /// where all are zero. A number is absolute, in the units of the coordinates. [`Stats::atol`] has the one that was used.
-    pub atol: Option<f64>,
+    /// The method and its tolerances.
+    pub solver: Solver,
     /// Times at which the motion is wanted, shape `(m,)`, \[s\], ascending and inside the span.
     pub t_eval: Option<Vec<f64>>,
     /// What is kept.
@@ -42,37 +32,13 @@ pub struct SimulateOptions {
     pub ramps: Vec<Ramp>,
 }
 
-impl Default for SimulateOptions {
-    fn default() -> Self {
-        Self {
-            method: Method::Auto,
-            rtol: Tolerance::USUAL.relative,
-            atol: None,
-            t_eval: None,
-            keep: Keep::Motion,
-            max_impacts: None,
-            ramps: Vec::new(),
-        }
-    }
-}
-
 impl SimulateOptions {
-    /// The options of a run by a method, with its relative and its absolute tolerance and what it keeps.
-    pub(crate) fn by(method: Method, (rtol, atol): (f64, Option<f64>), keep: Keep) -> Self {
+    /// The options of a run by a solver that keeps something.
+    pub(crate) fn by(solver: Solver, keep: Keep) -> Self {
         Self {
-            method,
-            rtol,
-            atol,
+            solver,
             keep,
             ..Self::default()
-        }
-    }
-
-    /// The tolerances.
-    pub(crate) fn tolerances(&self) -> Tolerances {
-        Tolerances {
-            relative: self.rtol,
-            absolute: self.atol,
         }
     }
 
@@ -91,9 +57,10 @@ impl SimulateOptions {
             all[before(span.0)..end].to_vec()
         };
         Ok(Self {
-            method: self.method.under(&self.ramps, scene)?,
-            rtol: self.rtol,
-            atol: self.atol,
+            solver: Solver {
+                method: self.solver.method.under(&self.ramps, scene)?,
+                ..self.solver
+            },
             t_eval: self.t_eval.as_ref().map(of_chapter),
             keep: self.keep,
             max_impacts: self.max_impacts,
@@ -109,16 +76,7 @@ impl SimulateOptions {
                 "it must be finite with start <= end",
             ));
         }
-        let given = [("rtol", Some(self.rtol)), ("atol", self.atol)];
-        for (name, value) in given.iter().filter_map(|(name, x)| Some((*name, (*x)?))) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::bad_value(
-                    name,
-                    value,
-                    "it must be finite and not negative",
-                ));
-            }
-        }
+        self.solver.check()?;
         let Some(times) = &self.t_eval else {
             return Ok(());
         };

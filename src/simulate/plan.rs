@@ -5,9 +5,10 @@ use crate::flow::{ModalScene, SceneFlow};
 use crate::hybrid::{has_series, series_order};
 use crate::modal::Form;
 use crate::model::{
-    Constraint, ContactGeometry, Parameter, Ramp, RampProfile, Rotations, Scene, overlaps,
+    Constraint, ContactGeometry, Parameter, Ramp, RampProfile, Rotations, Scene, StopNumber,
+    overlaps,
 };
-use crate::simulate::options::SimulateOptions;
+use crate::simulate::solver::Solver;
 
 /// The machinery that a scene needs, in words, and which stops leave no position between them.
 ///
@@ -36,16 +37,15 @@ pub fn plan_under(scene: &Scene, ramps: &[Ramp]) -> Result<String> {
         ""
     };
     for ramp in ramps {
-        let how = match (ramp.profile(), ramp.parameter()) {
+        let parameter = ramp.parameter();
+        let how = match (ramp.profile(), parameter.stop_number()) {
             (RampProfile::Steps { .. }, _) => "a scene of its own at each level".to_owned(),
-            (_, Parameter::Frequency | Parameter::Phase | Parameter::ForcingScale) => {
-                format!("what acts in polynomials of degree 8, to 1e-14{by}")
+            (_, Some(StopNumber::Clearance)) => "a moving stop".to_owned(),
+            (_, Some(_)) => "that of the instant".to_owned(),
+            _ if parameter == Parameter::DampingScale => {
+                "steps, with that of the instant".to_owned()
             }
-            (_, Parameter::Clearance | Parameter::ClearanceOf(_)) => "a moving stop".to_owned(),
-            (_, Parameter::Restitution | Parameter::RestitutionOf(_)) => {
-                "that of the instant".to_owned()
-            }
-            (_, Parameter::DampingScale) => "steps, with that of the instant".to_owned(),
+            _ => format!("what acts in polynomials of degree 8, to 1e-14{by}"),
         };
         plan.push_str(&format!("; ramp of \"{}\": {how}", ramp.parameter()));
     }
@@ -57,7 +57,7 @@ fn machinery(scene: &Scene) -> Result<String> {
         let excitation = scene.excitation();
         let forcing = acting(&excitation.rotations, excitation.signals.len());
         let (steps, path) = if has_series(scene) {
-            let order = series_order(SimulateOptions::default().rtol);
+            let order = series_order(Solver::default().rtol);
             let steps = format!(
                 "Taylor series whose order grows with the digits asked for, {order} by default"
             );

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::hybrid::clock::Clock;
 use crate::model::{
-    Change, Drift, Parameter, Ramp, RampProfile, RampRange, Scene, SteadyRamp, drifting, value_of,
+    Drift, Parameter, Ramp, RampProfile, RampRange, Scene, SteadyRamp, StopNumber, drifting,
 };
 use crate::observer::ObserverFn;
 use crate::tolerance::DWELL_ROUNDING;
@@ -101,27 +101,6 @@ struct ScheduleBuilder {
     now: f64,
 }
 
-/// The stop that a parameter is about, all of them where it is `None`; no stop at all of other parameters.
-fn stop_of(parameter: Parameter) -> Option<(bool, Option<usize>)> {
-    match parameter {
-        Parameter::Clearance => Some((true, None)),
-        Parameter::ClearanceOf(i) => Some((true, Some(i))),
-        Parameter::Restitution => Some((false, None)),
-        Parameter::RestitutionOf(i) => Some((false, Some(i))),
-        _ => None,
-    }
-}
-
-/// Whether two parameters are about one number.
-fn is_one(a: Parameter, b: Parameter) -> bool {
-    match (stop_of(a), stop_of(b)) {
-        (Some((kind, i)), Some((other, j))) => {
-            kind == other && (i.is_none() || j.is_none() || i == j)
-        }
-        _ => a == b,
-    }
-}
-
 impl Schedule {
     /// The chapters of a run over a span; one, the scene as it is, where nothing changes.
     ///
@@ -143,10 +122,8 @@ impl Schedule {
         };
         for (i, ramp) in ramps.iter().enumerate() {
             let parameter = ramp.parameter();
-            if ramps[..i]
-                .iter()
-                .any(|other| is_one(other.parameter(), parameter))
-            {
+            let mut before = ramps[..i].iter();
+            if before.any(|other| other.parameter().overlaps(parameter)) {
                 let rule = "each number may have one ramp";
                 return Err(Error::bad_value(
                     "ramp",
@@ -183,7 +160,7 @@ impl ScheduleBuilder {
     fn add(&mut self, scene: &Scene, ramp: Ramp) -> Result<()> {
         let parameter = ramp.parameter();
         drop(scene.replace(parameter.change(ramp.to()))?);
-        let from = value_of(scene, parameter, &format!("the ramp of \"{parameter}\""))?;
+        let from = scene.value_of(parameter, &format!("the ramp of \"{parameter}\""))?;
         if from.is_nan() {
             let rule = "the scene has no value of it";
             return Err(Error::bad_value(
@@ -232,13 +209,10 @@ impl ScheduleBuilder {
             .filter(|moving| self.now < moving.end())
     }
 
-    /// The drifts of the stops, of clearances or of restitutions.
-    fn drifting_stops(
-        &self,
-        one: impl Fn(usize) -> Parameter,
-        all: Parameter,
-    ) -> Vec<Option<SteadyRamp>> {
-        let of = |i: usize| self.drifting(one(i)).or_else(|| self.drifting(all));
+    /// The drifts of a number of the stops.
+    fn drifting_stops(&self, number: StopNumber) -> Vec<Option<SteadyRamp>> {
+        let all = self.drifting(Parameter::EveryStop(number));
+        let of = |i: usize| self.drifting(Parameter::OneStop(number, i)).or(all);
         (0..self.steady.stops().len()).map(of).collect()
     }
 
@@ -247,7 +221,7 @@ impl ScheduleBuilder {
             frequency: self.drifting(Parameter::Frequency),
             phase: self.drifting(Parameter::Phase).zip(self.first_times()),
             scale: self.drifting(Parameter::ForcingScale),
-            clearances: self.drifting_stops(Parameter::ClearanceOf, Parameter::Clearance),
+            clearances: self.drifting_stops(StopNumber::Clearance),
         }
     }
 
@@ -315,13 +289,13 @@ impl ScheduleBuilder {
         let mut scene = self.steady.clone();
         let [force, damping] = self.factors;
         if force != 1.0 {
-            scene = scene.replace(Change::ForcingScale(force))?;
+            scene = scene.replace(Parameter::ForcingScale.change(force))?;
         }
         if damping != 1.0 {
-            scene = scene.replace(Change::DampingScale(damping))?;
+            scene = scene.replace(Parameter::DampingScale.change(damping))?;
         }
         let scene = drifting(&scene, &drift, span, go_on)?;
-        let restitutions = self.drifting_stops(Parameter::RestitutionOf, Parameter::Restitution);
+        let restitutions = self.drifting_stops(StopNumber::Restitution);
         let damping = self.drifting(Parameter::DampingScale);
         Ok(Chapter {
             scene: scene.with_laws(restitutions, damping),

@@ -89,7 +89,7 @@ pub fn simulate_observed(
         let rule = "the motion grows beyond the largest number in it";
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
-    check_jacobian(options.method, scene, t_span.0, (q0, v0))?;
+    check_jacobian(options.solver.method, scene, t_span.0, (q0, v0))?;
     let fly = |scene: &Scene, options: &SimulateOptions, one: OneRun<'_>| {
         visit_runs(scene, options, one).map_err(|e| if e == overflow() { beyond() } else { e })
     };

@@ -10,7 +10,7 @@ use crate::section::{
     Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
 };
 use crate::simulate::{
-    Keep, Method, SimulateOptions, Status, Trajectory, put_onto, simulate_observed,
+    Keep, SimulateOptions, Solver, Status, Trajectory, put_onto, simulate_observed,
 };
 use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
@@ -49,20 +49,13 @@ pub struct DiagramOptions {
     /// Whether the motion goes on from value to value, default true.
     pub carry: bool,
     /// As for [`simulate`](crate::simulate()).
-    pub method: Method,
-    /// As for [`simulate`](crate::simulate()).
-    pub rtol: f64,
-    /// As for [`simulate`](crate::simulate()).
-    pub atol: Option<f64>,
+    pub solver: Solver,
     /// Threads: for both directions side by side, without `carry` for all values.
     pub sweep: SweepOptions,
 }
 
 impl Default for DiagramOptions {
     fn default() -> Self {
-        let SimulateOptions {
-            method, rtol, atol, ..
-        } = SimulateOptions::default();
         Self {
             direction: Direction::Up,
             start: None,
@@ -70,9 +63,7 @@ impl Default for DiagramOptions {
             periods: 50,
             section: Section::Phase(0.0),
             carry: true,
-            method,
-            rtol,
-            atol,
+            solver: Solver::default(),
             sweep: SweepOptions::default(),
         }
     }
@@ -270,7 +261,7 @@ fn along<'s>(
 }
 
 fn run_options(options: &DiagramOptions) -> SimulateOptions {
-    SimulateOptions::by(options.method, (options.rtol, options.atol), Keep::Final)
+    SimulateOptions::by(options.solver, Keep::Final)
 }
 
 /// What a motion from a state settles on.

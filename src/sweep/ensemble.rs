@@ -189,7 +189,7 @@ fn simulate_rows(
             scene.check_span(t_span)?;
             if k > 0 {
                 let (q0, v0) = (row(q0, 0), row(v0, 0));
-                check_jacobian(options.method, scene, t_span.0, (&q0, &v0))?;
+                check_jacobian(options.solver.method, scene, t_span.0, (&q0, &v0))?;
             }
             let runs = ManyRuns {
                 ends: &mut ends,

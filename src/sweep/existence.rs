@@ -383,15 +383,7 @@ impl<'a> MapRequest<'a> {
 
 /// Refuses two parameters that are one number, or overlap.
 fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
-    use Parameter::{Clearance, ClearanceOf, Restitution, RestitutionOf};
-    let overlap = matches!(
-        (x, y),
-        (Clearance, ClearanceOf(_))
-            | (ClearanceOf(_), Clearance)
-            | (Restitution, RestitutionOf(_))
-            | (RestitutionOf(_), Restitution)
-    );
-    if x == y || overlap {
+    if x.overlaps(y) {
         return Err(Error::bad_value(
             "y",
             y,

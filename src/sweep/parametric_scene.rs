@@ -3,9 +3,8 @@
 
 use crate::error::Result;
 use crate::flow::{FlowCache, ModalScene};
-use crate::law::{Law, Newton};
 use crate::modal::{Block, Form, Pair};
-use crate::model::{Change, Parameter, Scene};
+use crate::model::{Constraint, Parameter, Scene, StopNumber};
 use nalgebra::Complex;
 use std::sync::Arc;
 
@@ -18,6 +17,8 @@ pub(crate) struct ParametricScene<'a> {
     /// The factor on the damping that `base` has.
     base_damping: f64,
     moved: ModalScene,
+    /// The stops that `moved` has.
+    stops: Vec<Constraint>,
     /// Whether all forces grow with the square of the frequency; `None` where some do.
     grows_with_frequency: Option<bool>,
 
@@ -38,6 +39,7 @@ impl<'a> ParametricScene<'a> {
             mean: mean(&base),
             base,
             base_damping: 1.0,
+            stops: scene.stops().to_vec(),
             grows_with_frequency,
         })
     }
@@ -60,19 +62,12 @@ impl<'a> ParametricScene<'a> {
             match parameter {
                 Parameter::Frequency => frequency = value,
                 Parameter::ForcingScale => scale = value,
-                Parameter::Clearance => Arc::make_mut(&mut self.moved.geometry)
-                    .clearances
-                    .fill(value),
-                Parameter::ClearanceOf(i) => {
-                    Arc::make_mut(&mut self.moved.geometry).clearances[i] = value;
+                Parameter::EveryStop(number) => {
+                    for stop in 0..self.stops.len() {
+                        self.set_stop(stop, number, value)?;
+                    }
                 }
-                Parameter::Restitution => Arc::make_mut(&mut self.moved.geometry)
-                    .laws
-                    .fill(Law::Newton(Newton::new(value))),
-                Parameter::RestitutionOf(i) => {
-                    Arc::make_mut(&mut self.moved.geometry).laws[i] =
-                        Law::Newton(Newton::new(value));
-                }
+                Parameter::OneStop(number, stop) => self.set_stop(stop, number, value)?,
                 // The phase of the forcing is an outcome; the damping was dealt with.
                 Parameter::Phase | Parameter::DampingScale => {}
             }
@@ -97,7 +92,7 @@ impl<'a> ParametricScene<'a> {
         if self.grows_with_frequency.is_none() && frequency != base.frequency {
             let sped = self
                 .scene
-                .replace(Change::Frequency(frequency))?
+                .replace(Parameter::Frequency.change(frequency))?
                 .excitation();
             let forces = std::iter::once(&mut moved.force).chain(&mut moved.higher);
             for (moved, part) in forces.zip(&sped.harmonics) {
@@ -112,6 +107,15 @@ impl<'a> ParametricScene<'a> {
             *moved = [0, 1].map(|c| given[c] + (scale - 1.0) * mean[c]);
         }
         Ok(&self.moved)
+    }
+
+    /// Gives a stop another value of a number.
+    fn set_stop(&mut self, stop: usize, number: StopNumber, value: f64) -> Result<()> {
+        number.set(&mut self.stops[stop], value)?;
+        let (geometry, own) = (Arc::make_mut(&mut self.moved.geometry), &self.stops[stop]);
+        geometry.clearances[stop] = own.clearance();
+        geometry.laws[stop] = own.law().clone();
+        Ok(())
     }
 
     /// Real modes keep their shapes and decay faster or slower.
@@ -183,10 +187,10 @@ mod tests {
             Parameter::Frequency,
             Parameter::ForcingScale,
             Parameter::DampingScale,
-            Parameter::Clearance,
-            Parameter::ClearanceOf(1),
-            Parameter::Restitution,
-            Parameter::RestitutionOf(0),
+            Parameter::CLEARANCE,
+            Parameter::CLEARANCE.of(1),
+            Parameter::RESTITUTION,
+            Parameter::RESTITUTION.of(0),
         ];
         let mass = dmatrix![2.0, 0.3; 0.3, 1.0];
         let stiffness = dmatrix![3.0, -1.0; -1.0, 2.0];

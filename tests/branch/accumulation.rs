@@ -29,7 +29,7 @@ fn first_of(
         heading,
         ..Default::default()
     };
-    let branch = followed(orbit, Parameter::Clearance, range, &options);
+    let branch = followed(orbit, Parameter::CLEARANCE, range, &options);
     let found = branch.special.iter().find(|own| own.kind == kind);
     found
         .unwrap_or_else(|| panic!("no {kind:?}: {:?}", branch.ends))
@@ -38,7 +38,7 @@ fn first_of(
 
 fn border_from(graze: &Special, range: (f64, f64)) -> Special {
     let go_on = &mut |_| ControlFlow::Continue(());
-    let found = accumulation(graze, Parameter::Clearance, range, go_on);
+    let found = accumulation(graze, Parameter::CLEARANCE, range, go_on);
     found.expect("a search").expect("a border")
 }
 
@@ -129,6 +129,6 @@ fn a_search_is_broken_off() {
     let orbit = motion(0.5, 0.245, 0.5);
     let graze = first_of(SpecialKind::Graze, &orbit, (Heading::Down, range));
     let stop = &mut |_| ControlFlow::Break(());
-    let found = accumulation(&graze, Parameter::Clearance, range, stop);
+    let found = accumulation(&graze, Parameter::CLEARANCE, range, stop);
     assert!(matches!(found, Err(Error::Interrupted)));
 }

@@ -21,8 +21,8 @@ fn every_point_lies_on_the_closed_form() {
     let ranges = [
         (Parameter::ForcingScale, (0.2, 3.0)),
         (Parameter::Frequency, (1.5, 3.5)),
-        (Parameter::Clearance, (-1.0, 2.5)),
-        (Parameter::Restitution, (0.0, 1.0)),
+        (Parameter::CLEARANCE, (-1.0, 2.5)),
+        (Parameter::RESTITUTION, (0.0, 1.0)),
         (Parameter::DampingScale, (0.0, 4.0)),
     ];
     for n_periods in [1, 2] {

@@ -22,15 +22,15 @@ const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
         [(0.05, 5.0), (0.5, 4.0)],
     ),
     (
-        [Parameter::Frequency, Parameter::Clearance],
+        [Parameter::Frequency, Parameter::CLEARANCE],
         [(0.5, 4.0), (-1.0, 2.0)],
     ),
     (
-        [Parameter::Restitution, Parameter::ForcingScale],
+        [Parameter::RESTITUTION, Parameter::ForcingScale],
         [(0.0, 1.0), (0.05, 5.0)],
     ),
     (
-        [Parameter::DampingScale, Parameter::Clearance],
+        [Parameter::DampingScale, Parameter::CLEARANCE],
         [(0.1, 5.0), (-1.0, 2.0)],
     ),
 ];
@@ -97,8 +97,8 @@ fn every_point_of_a_curve_lies_on_the_closed_form() {
                 |axis: usize, value: f64| (ranges[axis].0..=ranges[axis].1).contains(&value);
             let values = names.map(|name| match name {
                 Parameter::Frequency => own.frequency,
-                Parameter::Clearance => own.clearance,
-                Parameter::Restitution => own.restitution,
+                Parameter::CLEARANCE => own.clearance,
+                Parameter::RESTITUTION => own.restitution,
                 _ => 1.0,
             });
             if !(is_inside(0, values[0]) && is_inside(1, values[1])) {
@@ -283,7 +283,7 @@ fn stops_that_are_hit_together_are_a_curve() {
     let go_on = &mut |_| ControlFlow::Continue(());
     let make = |w: f64, c: f64| {
         let there = scene.replace(Parameter::Frequency.change(w))?;
-        there.replace(Parameter::Clearance.change(c))
+        there.replace(Parameter::CLEARANCE.change(c))
     };
     let start = [1.5, clearance(orbit)];
     let between = [(1.3, 1.7), (-3.0, 3.0)];
@@ -311,7 +311,7 @@ fn stops_that_are_hit_together_are_a_curve() {
     }
     // One that hits its stops one after the other is none.
     let alone = USUAL.orbits(1);
-    let plane = [Parameter::Frequency, Parameter::Clearance];
+    let plane = [Parameter::Frequency, Parameter::CLEARANCE];
     let refused = bifurcation_curve(
         CurveOf::Orbit(&alone[0]),
         plane,
@@ -355,7 +355,7 @@ fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there()
         if orbit.is_admissible() != Some(true) {
             continue;
         }
-        let room = Parameter::ClearanceOf(1);
+        let room = Parameter::CLEARANCE.of(1);
         let options = ContinuationOptions::default();
         let branch = continuation(&orbit, room, (0.0, 2.0), &options, go_on);
         let Ok(branch) = branch else { continue };

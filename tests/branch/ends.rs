@@ -156,11 +156,11 @@ fn what_makes_no_branch_is_refused() {
     );
     says(message(scale, (0.0, f64::INFINITY), &options), "between");
     says(
-        message(Parameter::Restitution, (0.5, 1.2), &options),
+        message(Parameter::RESTITUTION, (0.5, 1.2), &options),
         "between",
     );
     says(
-        message(Parameter::ClearanceOf(3), (0.5, 1.2), &options),
+        message(Parameter::CLEARANCE.of(3), (0.5, 1.2), &options),
         "parameter is \"clearance[3]\"",
     );
     says(
@@ -223,7 +223,7 @@ fn the_border_of_a_chatter_is_known_from_its_power_law() {
         heading: Heading::Up,
         ..Default::default()
     };
-    let branch = followed(&orbit, Parameter::Clearance, (-0.2, 0.3), &up);
+    let branch = followed(&orbit, Parameter::CLEARANCE, (-0.2, 0.3), &up);
     let border = branch.special.last().expect("a border");
     assert_eq!(border.kind, SpecialKind::ChatterBorder);
     let off = (border.parameter - 0.123_448_597_848_029_15).abs();
@@ -398,7 +398,7 @@ fn a_stop_that_holds_after_one_impact_keeps_its_restitution() {
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     let refused = continuation(
         &orbit,
-        Parameter::Restitution,
+        Parameter::RESTITUTION,
         (0.0, 0.9),
         &ContinuationOptions::default(),
         &mut go_on,

@@ -89,8 +89,8 @@ fn orbits_close_and_their_multipliers_are_counted() {
         let (parameter, range) = random.of(&[
             (Parameter::ForcingScale, (0.3, 3.0)),
             (Parameter::Frequency, (0.6, 1.8)),
-            (Parameter::ClearanceOf(0), (0.001, 0.2)),
-            (Parameter::RestitutionOf(0), (0.05, 0.95)),
+            (Parameter::CLEARANCE.of(0), (0.001, 0.2)),
+            (Parameter::RESTITUTION.of(0), (0.05, 0.95)),
         ]);
         let options = ContinuationOptions {
             beyond: Virtual::Keep,
@@ -229,7 +229,7 @@ fn coordinates_that_see_nothing_change_nothing() {
                 -0.031_869_857_086_653_09,
                 0.706_469_602_967_259,
             ],
-            parameter: Parameter::ClearanceOf(0),
+            parameter: Parameter::CLEARANCE.of(0),
             range: (-1.0, 1.0),
         },
         Padded {

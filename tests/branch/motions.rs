@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Branch, ContinuationOptions, EndReason, Harmonic, Heading, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, continuation_of,
-    find_orbit, paper_scene, periodic_orbits, simulate,
+    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, StopNumber,
+    continuation_of, find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 /// Orbits on which small deviations do not grow by more than this in a period are retraced.
@@ -89,13 +89,13 @@ fn two_masses_between_stops() {
     let orbit = find_orbit(&scene, &run, None).expect("an orbit");
     for parameter in [
         Parameter::Frequency,
-        Parameter::ClearanceOf(1),
-        Parameter::RestitutionOf(0),
+        Parameter::CLEARANCE.of(1),
+        Parameter::RESTITUTION.of(0),
         Parameter::DampingScale,
     ] {
         let range = match parameter {
             Parameter::Frequency => (1.2, 2.6),
-            Parameter::RestitutionOf(_) => (0.3, 0.95),
+            Parameter::OneStop(StopNumber::Restitution, _) => (0.3, 0.95),
             Parameter::DampingScale => (0.3, 3.0),
             _ => (0.1, 1.5),
         };
@@ -124,7 +124,7 @@ fn a_ball_that_comes_to_rest_on_a_shaken_table() {
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     for (parameter, range) in [
         (Parameter::ForcingScale, (0.8, 1.6)),
-        (Parameter::Restitution, (0.1, 0.9)),
+        (Parameter::RESTITUTION, (0.1, 0.9)),
     ] {
         let branch = followed(&orbit, parameter, range, &options(Heading::Both));
         for orbit in &branch.orbits {
@@ -180,13 +180,13 @@ fn a_motion_that_feeds_itself() {
     );
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
     for (parameter, range) in [
-        (Parameter::Clearance, (0.05, 1.0)),
-        (Parameter::Restitution, (0.3, 0.85)),
+        (Parameter::CLEARANCE, (0.05, 1.0)),
+        (Parameter::RESTITUTION, (0.3, 0.85)),
         (Parameter::DampingScale, (0.5, 1.5)),
     ] {
         let branch = followed(&orbit, parameter, range, &options(Heading::Both));
         check_retraced(&branch, 1e-8);
-        if parameter == Parameter::Clearance {
+        if parameter == Parameter::CLEARANCE {
             // Twice the room, twice the motion, in the same time.
             for (orbit, d) in branch.orbits.iter().zip(&branch.parameter) {
                 let scaled = orbit.impacts()[0].approach / d;

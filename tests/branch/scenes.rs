@@ -61,7 +61,7 @@ impl Oscillator {
                 frequency: value,
                 ..self
             },
-            Parameter::Restitution => Self {
+            Parameter::RESTITUTION => Self {
                 restitution: value,
                 ..self
             },

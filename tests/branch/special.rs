@@ -136,8 +136,8 @@ fn special_points_lie_on_their_closed_forms() {
         let n_periods = 1 + (2.0 * random.unit()) as usize;
         let (parameter, range) = match (5.0 * random.unit()) as usize {
             0 => (Parameter::Frequency, (0.5, 4.0)),
-            1 => (Parameter::Clearance, (-1.0, 1.5)),
-            2 => (Parameter::Restitution, (0.0, 1.0)),
+            1 => (Parameter::CLEARANCE, (-1.0, 1.5)),
+            2 => (Parameter::RESTITUTION, (0.0, 1.0)),
             3 => (Parameter::DampingScale, (0.1, 3.0)),
             _ => (Parameter::ForcingScale, (0.05, 4.0)),
         };

@@ -222,7 +222,7 @@ fn two_oscillators_side_by_side_change_the_order_of_their_impacts() {
         .into_iter()
         .find(|own| own.is_admissible() == Some(true));
     let orbit = orbit.expect("an orbit");
-    let (parameter, range) = (Parameter::ClearanceOf(1), (-1.5, 2.0));
+    let (parameter, range) = (Parameter::CLEARANCE.of(1), (-1.5, 2.0));
     let branch = followed(&orbit, parameter, range, &ContinuationOptions::default());
     let corner = one_of(&branch, SpecialKind::Corner);
     let born = branches(corner, parameter, range).expect("branches");

@@ -209,9 +209,9 @@ fn where_a_scene_is_not_odd_nothing_is_kept_symmetric() {
     // One clearance alone.
     let range = (0.4, 0.6);
     let refused =
-        vibroimpact::continuation(orbit, Parameter::ClearanceOf(1), range, &symmetric, go_on);
+        vibroimpact::continuation(orbit, Parameter::CLEARANCE.of(1), range, &symmetric, go_on);
     assert!(refused.is_err_and(|error| error.to_string().contains("mirror image")));
-    let branch = followed(orbit, Parameter::ClearanceOf(1), range, &keep());
+    let branch = followed(orbit, Parameter::CLEARANCE.of(1), range, &keep());
     assert_eq!(branch.ends[0].reason, EndReason::Range);
     let speeds = |orbit: &PeriodicOrbit| [orbit.impacts()[0].approach, orbit.impacts()[1].approach];
     let last = speeds(&branch.orbits[0]);

@@ -5,7 +5,7 @@ use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed};
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Change, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
+    Branch, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
     PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions,
     Special, SpecialKind, Stop, Virtual, branches, branches_of, continuation_of, find_orbit,
     paper_scene, periodic_orbits, simulate,
@@ -223,7 +223,7 @@ fn a_tip_is_found_from_everywhere() {
     let options = ContinuationOptions::default();
     for (scene, parameter, range, near) in [
         (graze, Parameter::Frequency, (3.042, 4.639), 3.8663),
-        (fold, Parameter::Clearance, (0.05, 2.0), 0.39794),
+        (fold, Parameter::CLEARANCE, (0.05, 2.0), 0.39794),
     ] {
         let orbit = from_rest(&scene, 4);
         let parent = followed(&orbit, parameter, range, &options);
@@ -298,7 +298,10 @@ fn large_motions_of_a_pendulum_have_their_tip() {
 }
 
 fn scene_of(orbit: &PeriodicOrbit, w: f64) -> Scene {
-    orbit.scene().replace(Change::Frequency(w)).expect("valid")
+    orbit
+        .scene()
+        .replace(Parameter::Frequency.change(w))
+        .expect("valid")
 }
 
 /// Two rounds of a motion as one are no doubled one: they are followed as one round is.
@@ -349,7 +352,7 @@ fn long_steps_do_not_lead_from_a_branch_to_one_that_is_close() {
         0.491_283_905_216_844,
     );
     let orbit = from_rest(&scene, 3);
-    let (parameter, range) = (Parameter::Clearance, (0.05, 2.0));
+    let (parameter, range) = (Parameter::CLEARANCE, (0.05, 2.0));
     let (usual, short) = (
         ContinuationOptions::default(),
         ContinuationOptions {

@@ -117,7 +117,7 @@ fn two_stops_are_touched_at_once_where_both_are_as_far() {
         &ContinuationOptions::default(),
     );
     let graze = &branch.special[0];
-    let plane = [Parameter::Frequency, Parameter::ClearanceOf(1)];
+    let plane = [Parameter::Frequency, Parameter::CLEARANCE.of(1)];
     let found = curve(graze, plane, [(1.5, 3.5), (0.5, 2.0)]).expect("a curve");
     let double = found.special.iter().find(|own| own.kind == "double_graze");
     let double = double.unwrap_or_else(|| panic!("{:?}", found.ends));

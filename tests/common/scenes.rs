@@ -8,7 +8,7 @@
 use nalgebra::{DVector, dvector};
 use vibroimpact::{
     Coefficient, Constraint, Forcing, Harmonic, LinearSystem, Method, Normal, OrbitOptions, Scene,
-    Side, SimulateOptions, Stop, System, Trajectory, simulate,
+    Side, SimulateOptions, Solver, Stop, System, Trajectory, simulate,
 };
 
 pub fn scene(
@@ -85,9 +85,11 @@ pub const BOTH: [Method; 2] = [Method::Exact, Method::Rk45];
 /// A method and a tolerance, with the usual absolute one beside it.
 pub fn with(method: Method, rtol: f64) -> SimulateOptions {
     SimulateOptions {
-        method,
-        rtol,
-        atol: Some(rtol / 1e3),
+        solver: Solver {
+            method,
+            rtol,
+            atol: Some(rtol / 1e3),
+        },
         ..Default::default()
     }
 }

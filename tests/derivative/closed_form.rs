@@ -95,8 +95,8 @@ fn speeds_have_the_derivatives_of_the_closed_form() {
             for orbit in own.orbits(n_periods) {
                 let numbers = [
                     Parameter::ForcingScale,
-                    Parameter::Clearance,
-                    Parameter::Restitution,
+                    Parameter::CLEARANCE,
+                    Parameter::RESTITUTION,
                 ];
                 let found = derivatives(&orbit, &numbers).expect("derivatives");
                 let speed = orbit.impacts()[0].approach;
@@ -127,7 +127,7 @@ fn speeds_have_the_derivatives_of_the_closed_form() {
 #[test]
 fn numbers_of_one_dimension_scale_together() {
     for orbit in ALL[0].orbits(1) {
-        let numbers = [Parameter::ForcingScale, Parameter::Clearance];
+        let numbers = [Parameter::ForcingScale, Parameter::CLEARANCE];
         let found = derivatives(&orbit, &numbers).expect("derivatives");
         let d = ALL[0].clearance;
         let together = |by: [f64; 2]| by[0] + d * by[1];
@@ -147,7 +147,7 @@ fn numbers_of_one_dimension_scale_together() {
 fn without_multipliers_the_rest_is_the_same() {
     let orbit = &ALL[0].orbits(1)[0];
     let scene = orbit.scene();
-    let make = |p: &[f64]| scene.replace(Parameter::Clearance.change(p[0]));
+    let make = |p: &[f64]| scene.replace(Parameter::CLEARANCE.change(p[0]));
     let start = [ALL[0].clearance];
     let all = derivatives_of(orbit, &make, &start).expect("derivatives");
     let rest = derivatives_but_multipliers(orbit, &make, &start).expect("derivatives");

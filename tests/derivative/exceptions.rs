@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
     Branch, Change, ContinuationOptions, Error, OrbitDerivatives, Parameter, Pattern,
-    PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, continuation, derivatives,
-    derivatives_of, find_orbit, periodic_orbits, simulate,
+    PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, StopNumber, continuation,
+    derivatives, derivatives_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_stop(force: f64, frequency: f64, clearance: f64) -> Scene {
@@ -59,7 +59,7 @@ fn a_fold_has_none() {
     let orbit = orbit_of(&one_stop(1.0, 2.8, -0.5));
     let branch = followed(&orbit, Parameter::ForcingScale, (0.2, 5.0));
     let fold = at_special(&branch, SpecialKind::Fold);
-    let found = derivatives(fold, &[Parameter::ForcingScale, Parameter::Restitution]);
+    let found = derivatives(fold, &[Parameter::ForcingScale, Parameter::RESTITUTION]);
     check_none(&found.expect("an answer"), "at a fold");
     // Beside it they are large, and right.
     let near = branch.orbits.iter().min_by(|a, b| {
@@ -166,7 +166,7 @@ fn a_family_has_none() {
         &SimulateOptions::default(),
     );
     let orbit = find_orbit(&scene, &run.expect("a run"), None).expect("an orbit");
-    let found = derivatives(&orbit, &[Parameter::Clearance]).expect("an answer");
+    let found = derivatives(&orbit, &[Parameter::CLEARANCE]).expect("an answer");
     check_none(&found, "one of a family");
 }
 
@@ -208,7 +208,7 @@ fn an_extreme_at_two_places_has_none() {
     let room = scene(unit_mass(0.1, 1.0), harmonic(&[3.0], 1.7, 0.0), stops);
     let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
     let found = periodic_orbits(&room, &pattern, &periods(1)).expect("a search");
-    let numbers = [Parameter::ClearanceOf(0), Parameter::Clearance];
+    let numbers = [Parameter::CLEARANCE.of(0), Parameter::CLEARANCE];
     let found = derivatives(&found[0], &numbers).expect("an answer");
     assert!(found.max_displacement[(0, 0)].is_nan());
     assert!((found.max_displacement[(0, 1)] - 1.0).abs() < 1e-9);
@@ -221,12 +221,12 @@ fn a_number_at_the_end_of_its_range_has_one_of_one_side() {
     let orbit = |e: f64| {
         orbit_of(
             &one_stop(8.5, 2.4, 1.0)
-                .replace(Parameter::Restitution.change(e))
+                .replace(Parameter::RESTITUTION.change(e))
                 .expect("valid"),
         )
     };
     for (e, side) in [(0.0, 1.0), (1.0, -1.0)] {
-        let found = derivatives(&orbit(e), &[Parameter::Restitution]).expect("an answer");
+        let found = derivatives(&orbit(e), &[Parameter::RESTITUTION]).expect("an answer");
         let speed = |steps: f64| orbit(e + side * 1e-4 * steps).impacts()[0].approach;
         let rate = (-1.5 * speed(0.0) + 2.0 * speed(1.0) - 0.5 * speed(2.0)) / (side * 1e-4);
         let own = found.speeds_before[(0, 0)];
@@ -241,10 +241,10 @@ fn bad_numbers_are_refused() {
     let said = |found: Result<OrbitDerivatives, Error>| found.expect_err("refused").to_string();
     assert!(said(derivatives(&orbit, &[Parameter::Phase])).contains("shifts time alone"));
     assert!(
-        said(derivatives(&orbit, &[Parameter::ClearanceOf(3)]))
+        said(derivatives(&orbit, &[Parameter::CLEARANCE.of(3)]))
             .contains("must be a number that the scene")
     );
-    let make = |p: &[f64]| scene.replace(Change::Clearance(vec![p[0]]));
+    let make = |p: &[f64]| scene.replace(Change::EachStop(StopNumber::Clearance, vec![p[0]]));
     assert!(said(derivatives_of(&orbit, &make, &[1.2])).contains("does not close"));
     assert!(said(derivatives_of(&orbit, &make, &[f64::NAN])).contains("finite"));
     let none = derivatives(&orbit, &[]).expect("nothing to do");

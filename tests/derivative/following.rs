@@ -3,14 +3,14 @@
 use crate::scenes::{harmonic, scene, unit_mass, upper};
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Change, Error, OrbitOptions, Pattern, PeriodicOrbit, Result, Scene, follow_orbit,
+    Error, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, follow_orbit,
     periodic_orbits,
 };
 
 fn make(p: &[f64]) -> Result<Scene> {
     let forcing = harmonic(&[1.0], p[1], 0.0);
     let unit = scene(unit_mass(0.1, 1.0), forcing, [upper(0, 1.0, 0.8)]);
-    unit.replace(Change::ForcingScale(p[0]))
+    unit.replace(Parameter::ForcingScale.change(p[0]))
 }
 
 fn orbits(p: &[f64]) -> Vec<PeriodicOrbit> {

@@ -6,14 +6,17 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     BaseMotion, Forcing, Harmonic, Load, NonlinearSystem, Parameter, PendulumChain, Scene,
-    SegmentKind, Signal, SimulateOptions, StopMotion, System, Trajectory, Wall, WallSide,
+    SegmentKind, Signal, SimulateOptions, Solver, StopMotion, System, Trajectory, Wall, WallSide,
     derivatives_of_run, simulate,
 };
 
 fn run(scene: &Scene, q: &[f64], v: &[f64], span: (f64, f64)) -> Trajectory {
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-14),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-14),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     let [q, v] = [q, v].map(DVector::from_row_slice);
@@ -41,7 +44,7 @@ fn a_mass_that_lands_takes_the_other_along() {
     for system in [exact, integrated] {
         let all = scene(system, Forcing::Unforced, [upper(0, 0.5, 0.0)]);
         let run = run(&all, &[0.0, 0.0], &[1.0, 0.0], (0.0, 3.0));
-        let found = derivatives_of_run(&run, &[Parameter::Clearance], &[1.0, 3.0]);
+        let found = derivatives_of_run(&run, &[Parameter::CLEARANCE], &[1.0, 3.0]);
         let found = found.expect("an answer");
         for row in found.by[0].row_iter() {
             let off = row - dvector![1.0, -0.5, 0.0, 0.0].transpose();
@@ -63,7 +66,7 @@ fn a_mass_that_lands_on_a_moving_stop_takes_the_other_along() {
     let stop = upper(0, 0.5, 0.0).with_motion(Some(StopMotion::harmonic(motion).expect("valid")));
     let all = scene(system, Forcing::Unforced, [stop]);
     let run = run(&all, &[0.0, 0.0], &[1.0, 0.0], (0.0, 2.0));
-    let found = derivatives_of_run(&run, &[Parameter::Clearance, Parameter::Frequency], &[2.0]);
+    let found = derivatives_of_run(&run, &[Parameter::CLEARANCE, Parameter::Frequency], &[2.0]);
     let found = found.expect("an answer");
     for by in &found.by {
         assert!((by[(0, 1)] + 0.5 * by[(0, 0)]).abs() < 1e-9, "{found:?}");
@@ -101,7 +104,7 @@ fn a_coordinate_by_itself_has_no_derivatives_by_what_another_hits() {
             let run = run(&all, &[0.0, 0.2], &[1.0, 0.5], (0.0, 9.0));
             let segments = run.segments().expect("kept");
             assert!(segments.iter().any(|own| own.kind == SegmentKind::Stick));
-            let numbers = [Parameter::Clearance, Parameter::Restitution];
+            let numbers = [Parameter::CLEARANCE, Parameter::RESTITUTION];
             let found = derivatives_of_run(&run, &numbers, &[8.1, 9.0]).expect("an answer");
             assert_eq!(found.reason, None);
             for by in &found.by {

@@ -70,8 +70,8 @@ fn derivatives_are_those_of_orbits_beside() {
         };
         let parameters = [
             Parameter::Frequency,
-            Parameter::ClearanceOf(0),
-            Parameter::RestitutionOf(0),
+            Parameter::CLEARANCE.of(0),
+            Parameter::RESTITUTION.of(0),
             Parameter::ForcingScale,
             Parameter::DampingScale,
         ];

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{Complex, DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Change, DoublePendulum, Forcing, Kind, OrbitOptions, PaperOptions, Parameter,
-    Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions, Wall, WallSide, derivatives,
-    derivatives_of, find_orbit, paper_scene, periodic_orbits, simulate,
+    Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions, StopNumber, Wall, WallSide,
+    derivatives, derivatives_of, find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 fn settled(scene: &Scene, q0: DVector<f64>, v0: DVector<f64>, end: f64) -> PeriodicOrbit {
@@ -41,7 +41,7 @@ fn a_ball_that_comes_to_rest_on_a_shaken_table() {
         let orbit = settled(&scene, dvector![0.3], dvector![0.0], 12.0 * TAU);
         let mut numbers = vec![(Parameter::ForcingScale, 1.0), (Parameter::Frequency, 1.0)];
         if e > 0.0 {
-            numbers.push((Parameter::Restitution, e));
+            numbers.push((Parameter::RESTITUTION, e));
         }
         let count = check(&orbit, &numbers, (2e-4, 1e-6, 0.0), &format!("a ball, {e}"));
         assert!(count > 10, "{e}: {count}");
@@ -66,9 +66,9 @@ fn two_masses_of_which_one_stays_on_a_floor() {
     let orbit = settled(&floor, dvector![0.5, 0.0], dvector![0.0, 0.0], 400.0);
     let numbers = [
         (Parameter::ForcingScale, 1.0),
-        (Parameter::Restitution, 0.5),
+        (Parameter::RESTITUTION, 0.5),
         (Parameter::DampingScale, 1.0),
-        (Parameter::Clearance, 0.0),
+        (Parameter::CLEARANCE, 0.0),
     ];
     let count = check(&orbit, &numbers, (1e-3, 1e-6, 0.1), "two masses");
     assert!(count > 40, "{count}");
@@ -119,14 +119,14 @@ fn a_motion_that_feeds_itself() {
     );
     let orbit = settled(&scene, dvector![0.0], dvector![0.5], 200.0);
     let numbers = [
-        (Parameter::Clearance, 0.3),
-        (Parameter::Restitution, 0.6),
+        (Parameter::CLEARANCE, 0.3),
+        (Parameter::RESTITUTION, 0.6),
         (Parameter::DampingScale, 1.0),
     ];
     let count = check(&orbit, &numbers, (5e-4, 1e-6, 0.0), "without forcing");
     assert!(count > 20, "{count}");
     // Twice the room, twice the motion, in the same time.
-    let found = derivatives(&orbit, &[Parameter::Clearance]).expect("derivatives");
+    let found = derivatives(&orbit, &[Parameter::CLEARANCE]).expect("derivatives");
     let speed = orbit.impacts()[0].approach;
     assert!((found.speeds_before[(0, 0)] * 0.3 / speed - 1.0).abs() < 1e-9);
     assert!(found.period[0].abs() < 1e-9 * orbit.period());
@@ -142,7 +142,7 @@ fn the_size_of_a_number_does_not_matter() {
     );
     let found = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default());
     let orbit = &found.expect("a search")[0];
-    let plain = derivatives(orbit, &[Parameter::Clearance]).expect("derivatives");
+    let plain = derivatives(orbit, &[Parameter::CLEARANCE]).expect("derivatives");
     let cases: [(f64, f64, f64); 5] = [
         (0.0, 1.0, 1.0),
         (1e-9, 1.0, 1.0 - 1e-9),
@@ -151,7 +151,12 @@ fn the_size_of_a_number_does_not_matter() {
         (1e6, 1e-6, 0.0),
     ];
     for (start, unit, zero) in cases {
-        let make = |p: &[f64]| scene.replace(Change::Clearance(vec![zero + unit * p[0]]));
+        let make = |p: &[f64]| {
+            scene.replace(Change::EachStop(
+                StopNumber::Clearance,
+                vec![zero + unit * p[0]],
+            ))
+        };
         let found = derivatives_of(orbit, &make, &[start]).expect("derivatives");
         let (own, wanted) = (
             found.speeds_before[(0, 0)],

@@ -60,7 +60,7 @@ fn they_are_the_differences_of_orbits_beside() {
             continue;
         };
         let all = [
-            (Parameter::RestitutionOf(0), restitution, 1.0 - restitution),
+            (Parameter::RESTITUTION.of(0), restitution, 1.0 - restitution),
             (Parameter::ForcingScale, 1.0, 1.0),
             (
                 Parameter::Frequency,

@@ -9,7 +9,7 @@ use crate::twin::{Course, Happening, Twin};
 use nalgebra::{Complex, DVector, dvector};
 use vibroimpact::{
     Constraint, Forcing, Harmonic, LinearSystem, Load, NonlinearSystem, Parameter, Scene, Signal,
-    SimulateOptions, Stop, StopMotion, System, derivatives_of_run, simulate,
+    SimulateOptions, Solver, Stop, StopMotion, StopNumber, System, derivatives_of_run, simulate,
 };
 
 const SEED: u64 = 57;
@@ -91,10 +91,10 @@ impl Case {
     /// The numbers by which it is differentiated.
     fn numbers(&self, random: &mut Random) -> Vec<Parameter> {
         let stop = random.below(self.twin.stops.len());
-        let mut all = vec![Parameter::ClearanceOf(stop)];
+        let mut all = vec![Parameter::CLEARANCE.of(stop)];
         let has_force = self.twin.samples.is_some() || self.has_forcing();
         if self.twin.stops[stop].restitution > 0.0 {
-            all.push(Parameter::RestitutionOf(stop));
+            all.push(Parameter::RESTITUTION.of(stop));
         }
         if !self.twin.tones.is_empty() {
             all.push(Parameter::Frequency);
@@ -116,8 +116,8 @@ impl Case {
     fn beside(&self, number: Parameter, by: f64) -> Twin {
         let mut twin = self.twin.clone();
         match number {
-            Parameter::ClearanceOf(i) => twin.stops[i].clearance += by,
-            Parameter::RestitutionOf(i) => twin.stops[i].restitution += by,
+            Parameter::OneStop(StopNumber::Clearance, i) => twin.stops[i].clearance += by,
+            Parameter::OneStop(StopNumber::Restitution, i) => twin.stops[i].restitution += by,
             Parameter::DampingScale => twin.damping *= 1.0 + by,
             Parameter::ForcingScale => {
                 for tone in &mut twin.tones {
@@ -157,7 +157,7 @@ impl Case {
                     .fold(0.0, f64::max);
                 self.lowest() / (fastest * self.span.0.abs().max(self.span.1.abs()))
             }
-            Parameter::RestitutionOf(i) => 1.0 - self.twin.stops[i].restitution,
+            Parameter::OneStop(StopNumber::Restitution, i) => 1.0 - self.twin.stops[i].restitution,
             _ => 1.0,
         }
     }
@@ -224,8 +224,11 @@ impl Tally {
         }
         let scene = case.scene();
         let options = SimulateOptions {
-            rtol: 1e-12,
-            atol: Some(1e-14),
+            solver: Solver {
+                rtol: 1e-12,
+                atol: Some(1e-14),
+                ..Solver::default()
+            },
             ..SimulateOptions::default()
         };
         let run = simulate(&scene, &case.q, &case.v, case.span, &options).expect("a run");

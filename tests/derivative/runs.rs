@@ -8,14 +8,17 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
     Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Parameter, PendulumChain, Ramp,
-    RampProfile, Scene, SegmentKind, Signal, SimulateOptions, StopMotion, Trajectory, Wall,
-    WallSide, derivatives_of_run, simulate,
+    RampProfile, Scene, SegmentKind, Signal, SimulateOptions, Solver, StopMotion, StopNumber,
+    Trajectory, Wall, WallSide, derivatives_of_run, simulate,
 };
 
 fn run_of(scene: &Scene, q: &DVector<f64>, v: &DVector<f64>, end: f64) -> Trajectory {
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-14),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-14),
+            ..Solver::default()
+        },
         ..SimulateOptions::default()
     };
     simulate(scene, q, v, (0.0, end), &options).expect("a run")
@@ -56,12 +59,12 @@ fn off(
             other => panic!("{other:?}"),
         };
         let value = match parameter {
-            Parameter::Restitution if !has_clearance(base) => 0.8,
-            Parameter::Clearance => stop(0).clearance(),
-            Parameter::Restitution => stop(0).restitution().value(),
+            Parameter::RESTITUTION if !has_clearance(base) => 0.8,
+            Parameter::CLEARANCE => stop(0).clearance(),
+            Parameter::RESTITUTION => stop(0).restitution().value(),
             Parameter::Frequency => TAU / base.period().expect("one"),
-            Parameter::ClearanceOf(i) => stop(i).clearance(),
-            Parameter::RestitutionOf(i) => stop(i).restitution().value(),
+            Parameter::OneStop(StopNumber::Clearance, i) => stop(i).clearance(),
+            Parameter::OneStop(StopNumber::Restitution, i) => stop(i).restitution().value(),
             _ => 1.0,
         };
         let there = base
@@ -124,8 +127,8 @@ fn they_are_the_differences_of_runs_beside() {
             Parameter::Frequency,
             Parameter::ForcingScale,
             Parameter::DampingScale,
-            Parameter::ClearanceOf(0),
-            Parameter::RestitutionOf(1),
+            Parameter::CLEARANCE.of(0),
+            Parameter::RESTITUTION.of(1),
         ] {
             if let Some(off) = off(&own, parameter, (&q, &v), &times, 1e-5) {
                 assert!(off < 3e-7, "{case} {parameter}: {off:e}");
@@ -151,7 +154,7 @@ fn a_motion_twice_as_large_is_one_of_twice_the_force_and_clearance() {
     let run = run.expect("a run");
     assert!(run.impacts().len() > 30);
     let times: Vec<f64> = (1..=300).map(|k| 0.5 * f64::from(k)).collect();
-    let both = [Parameter::ForcingScale, Parameter::Clearance];
+    let both = [Parameter::ForcingScale, Parameter::CLEARANCE];
     let found = derivatives_of_run(&run, &both, &times).expect("derivatives");
     assert_eq!(found.reason, None);
     let mut largest = 0.0f64;
@@ -183,14 +186,15 @@ fn they_go_through_chatter_and_lasting_contact() {
     for parameter in [
         Parameter::ForcingScale,
         Parameter::Frequency,
-        Parameter::RestitutionOf(0),
-        Parameter::ClearanceOf(0),
+        Parameter::RESTITUTION.of(0),
+        Parameter::CLEARANCE.of(0),
     ] {
         let off = off(&own, parameter, (&q, &v), &times, 1e-5).expect("runs alike");
         assert!(off < 1e-6, "{parameter}: {off:e}");
     }
     // While it is held it goes with the table.
-    let held = derivatives_of_run(&run, &[Parameter::ClearanceOf(0)], &[5.0]).expect("derivatives");
+    let held =
+        derivatives_of_run(&run, &[Parameter::CLEARANCE.of(0)], &[5.0]).expect("derivatives");
     assert!(
         (held.by[0][(0, 0)].abs() - 1.0).abs() < 1e-12 && held.by[0][(0, 1)].abs() < 1e-12,
         "{held:?}"
@@ -229,10 +233,10 @@ fn any_excitation_and_any_system() {
         for parameter in [
             Parameter::ForcingScale,
             Parameter::DampingScale,
-            Parameter::Clearance,
-            Parameter::Restitution,
+            Parameter::CLEARANCE,
+            Parameter::RESTITUTION,
         ] {
-            if parameter == Parameter::Clearance && !has_clearance(own) {
+            if parameter == Parameter::CLEARANCE && !has_clearance(own) {
                 continue;
             }
             let off = off(own, parameter, (q, v), &times, 1e-5).expect("runs alike");
@@ -243,7 +247,7 @@ fn any_excitation_and_any_system() {
 
 #[test]
 fn where_there_are_none_it_says_so() {
-    let clearance = [Parameter::Clearance];
+    let clearance = [Parameter::CLEARANCE];
     let zero = dvector![0.0];
     let none = |own: &Scene, q: f64, v: f64, end: f64, times: &[f64]| {
         let run = run_of(own, &dvector![q], &dvector![v], end);
@@ -277,7 +281,7 @@ fn where_there_are_none_it_says_so() {
         .expect("one");
     let middle = 0.5 * (chatter.start + chatter.end);
     let found =
-        derivatives_of_run(&run, &[Parameter::Restitution], &[middle, 9.0]).expect("an answer");
+        derivatives_of_run(&run, &[Parameter::RESTITUTION], &[middle, 9.0]).expect("an answer");
     assert!(
         found.by[0][(0, 0)].is_nan() && found.by[0].row(1).amax() < 1e-12,
         "{found:?}"
@@ -287,12 +291,12 @@ fn where_there_are_none_it_says_so() {
     for (parameter, times, word) in [
         (Parameter::Phase, vec![1.0], "shifts time alone"),
         (
-            Parameter::ClearanceOf(3),
+            Parameter::CLEARANCE.of(3),
             vec![1.0],
             "a number that the scene",
         ),
-        (Parameter::Clearance, vec![6.0], "span of the run"),
-        (Parameter::Clearance, vec![f64::NAN], "span of the run"),
+        (Parameter::CLEARANCE, vec![6.0], "span of the run"),
+        (Parameter::CLEARANCE, vec![f64::NAN], "span of the run"),
     ] {
         let text = derivatives_of_run(&run, &[parameter], &times)
             .expect_err("refused")
@@ -308,7 +312,7 @@ fn where_there_are_none_it_says_so() {
         .expect_err("forgotten")
         .to_string();
     assert!(text.contains("keep"), "{text}");
-    let ramp = Ramp::new(Parameter::Clearance, 2.0, RampProfile::Over(3.0)).expect("valid");
+    let ramp = Ramp::new(Parameter::CLEARANCE, 2.0, RampProfile::Over(3.0)).expect("valid");
     let drifting = SimulateOptions {
         ramps: vec![ramp],
         ..SimulateOptions::default()
@@ -331,7 +335,7 @@ fn a_mass_that_is_held_from_an_impact_on_keeps_its_tangential_speed() {
     );
     let own = scene(system, Forcing::Unforced, [upper(0, 0.5, 0.0)]);
     let run = run_of(&own, &dvector![0.0, 0.0], &dvector![1.0, 0.0], 1.5);
-    let found = derivatives_of_run(&run, &[Parameter::Restitution], &[1.5]).expect("an answer");
+    let found = derivatives_of_run(&run, &[Parameter::RESTITUTION], &[1.5]).expect("an answer");
     assert!(found.by[0].amax() < 1e-9, "{found:?}");
 }
 
@@ -361,7 +365,7 @@ fn impacts_accumulate_on_moving_stops_and_under_any_damping() {
             [lower(0, 0.2, restitution)],
         );
         let (q, v) = (&dvector![-0.1, 0.05, -0.1], &dvector![0.0, -2.0, 0.5]);
-        for parameter in [Parameter::RestitutionOf(0), Parameter::DampingScale] {
+        for parameter in [Parameter::RESTITUTION.of(0), Parameter::DampingScale] {
             let off = off(&own, parameter, (q, v), &[0.3, 3.0], 1e-5);
             assert!(
                 off.is_none_or(|off| off < 1e-5),
@@ -380,7 +384,7 @@ fn signals_of_any_size_take_as_long() {
         let own = scene(system, Forcing::Load(load), [upper(0, 0.5 * size, 0.6)]);
         let start = &dvector![size, size];
         let run = run_of(&own, &DVector::zeros(2), start, 9.0);
-        derivatives_of_run(&run, &[Parameter::Restitution], &[9.0])
+        derivatives_of_run(&run, &[Parameter::RESTITUTION], &[9.0])
             .expect("an answer")
             .by[0]
             .clone()

@@ -9,7 +9,7 @@ use vibroimpact::{
 };
 
 fn over(scene: &Scene, restitutions: &[f64], options: DiagramOptions) -> BifurcationDiagram {
-    let axis = Axis::new(Parameter::Restitution, restitutions.iter().copied());
+    let axis = Axis::new(Parameter::RESTITUTION, restitutions.iter().copied());
     let options = DiagramOptions {
         section: Section::Impacts(vec![]),
         ..options
@@ -137,7 +137,7 @@ fn tones_without_a_common_period_are_looked_at_after_impacts() {
 #[test]
 fn a_phase_needs_a_period() {
     let scene = unforced(0.1, 0.0, Stop::new(0, 1.0, 0.5).expect("valid"));
-    let axis = Axis::new(Parameter::Restitution, [0.5]);
+    let axis = Axis::new(Parameter::RESTITUTION, [0.5]);
     let go_on = &mut |_| ControlFlow::Continue(());
     let error =
         bifurcation_diagram(&scene, &axis, &DiagramOptions::default(), go_on).expect_err("refused");

@@ -262,7 +262,7 @@ fn pendulums_side_by_side_have_the_labels_of_single_motions() {
     assert!(known.len() >= 2);
     let with = |method: Method, threads: usize| {
         let options = BasinOptions {
-            method,
+            solver: method.into(),
             sweep: SweepOptions {
                 threads: Some(threads),
             },

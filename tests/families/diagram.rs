@@ -103,7 +103,7 @@ fn a_diagram_is_one_run_after_another() {
     let (mut q, mut v) = (dvector![0.2], dvector![-0.1]);
     for (k, &factor) in values.iter().enumerate() {
         let scene = scene
-            .replace(vibroimpact::Change::ForcingScale(factor))
+            .replace(vibroimpact::Parameter::ForcingScale.change(factor))
             .expect("valid");
         let period = scene.period().expect("forced");
         let run = |q: &DVector<f64>, v: &DVector<f64>, start: f64, end: f64| {
@@ -183,7 +183,7 @@ fn a_stop_that_moves_over_the_state_takes_it_along() {
         direction: Direction::Down,
         ..DiagramOptions::default()
     };
-    let found = diagram(&scene, (Parameter::Clearance, &values), &options);
+    let found = diagram(&scene, (Parameter::CLEARANCE, &values), &options);
     assert!(
         found
             .status
@@ -196,7 +196,7 @@ fn a_stop_that_moves_over_the_state_takes_it_along() {
     // At rest at zero, from behind the stop.
     let alone = diagram(
         &scene,
-        (Parameter::Clearance, &[-1.5]),
+        (Parameter::CLEARANCE, &[-1.5]),
         &DiagramOptions::default(),
     );
     assert_eq!(alone.status, [Status::Finished]);
@@ -362,7 +362,7 @@ fn a_plane_is_passed_where_dense_looks_see_it() {
         (&pendulum, Method::Taylor),
     ] {
         let options = SimulateOptions {
-            method,
+            solver: method.into(),
             ..SimulateOptions::default()
         };
         let start = (dvector![0.1, -0.2], dvector![0.3, 0.1]);

@@ -4,8 +4,8 @@ use crate::scenes::oscillator;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, Change, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions,
-    Method, OrbitOptions, PaperOptions, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
+    Attraction, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions, Method,
+    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
     Status, Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene,
     periodic_orbits, simulate,
 };
@@ -155,7 +155,7 @@ fn check_orbit_that_sticks(orbit: &PeriodicOrbit) -> LyapunovExponents {
     let (q, v) = orbit.state(0.7 * period, false);
     let scene = orbit
         .scene()
-        .replace(Change::Phase(orbit.phase() + 0.7 * TAU));
+        .replace(Parameter::Phase.change(orbit.phase() + 0.7 * TAU));
     let found = exponents(&scene.expect("valid"), (&q, &v), 440.0 * period, &options);
     let all = of_multipliers(orbit);
     let sums: [f64; 2] = [
@@ -184,10 +184,10 @@ fn one_degree_forgets_everything_at_a_landing() {
 #[test]
 fn steps_have_the_exponents_of_exact_flights() {
     let (scene, rest) = (oscillator(9.0), dvector![0.0]);
-    let of = |method| {
+    let of = |method: Method| {
         let options = LyapunovOptions {
+            solver: method.into(),
             skip: 300.3,
-            method,
             ..LyapunovOptions::default()
         };
         exponents(&scene, (&rest, &rest), 600.3, &options)
@@ -367,8 +367,8 @@ fn a_start_in_contact_has_no_direction_left() {
         (Method::Dop853, 50.0),
     ] {
         let options = LyapunovOptions {
+            solver: method.into(),
             skip,
-            method,
             ..LyapunovOptions::default()
         };
         let found = exponents(
@@ -393,7 +393,7 @@ fn a_start_with_an_impact_goes_on_behind_it() {
     ] {
         for method in [Method::Exact, Method::Dop853] {
             let options = LyapunovOptions {
-                method,
+                solver: method.into(),
                 ..LyapunovOptions::default()
             };
             let found = exponents(&scene, (&dvector![q], &dvector![v]), 300.0, &options);

@@ -11,8 +11,8 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, DoublePendulum, Harmonic, Impact, Keep, Kind, LinearSystem, Method, PaperOptions,
-    Scene, SimulateOptions, Stop, SweepOptions, Trajectory, Wall, WallSide, paper_scene, simulate,
-    simulate_many,
+    Scene, SimulateOptions, Solver, Stop, SweepOptions, Trajectory, Wall, WallSide, paper_scene,
+    simulate, simulate_many,
 };
 
 /// A run goes on until its impacts are there.
@@ -93,9 +93,11 @@ fn cases() -> Vec<Case> {
 
 fn run(case: &Case, keep: Keep, n_impacts: usize) -> (Trajectory, usize) {
     let options = SimulateOptions {
-        method: case.method,
-        rtol: 1e-5,
-        atol: Some(1e-8),
+        solver: Solver {
+            method: case.method,
+            rtol: 1e-5,
+            atol: Some(1e-8),
+        },
         keep,
         max_impacts: Some(n_impacts),
         ..Default::default()
@@ -164,9 +166,11 @@ fn an_ensemble_takes_a_row_for_each_trajectory() {
         };
         let (q0, v0) = (rows_of(q), rows_of(v));
         let options = SimulateOptions {
-            method: case.method,
-            rtol: 1e-5,
-            atol: Some(1e-8),
+            solver: Solver {
+                method: case.method,
+                rtol: 1e-5,
+                atol: Some(1e-8),
+            },
             keep: Keep::Final,
             ..Default::default()
         };

@@ -7,9 +7,9 @@ use nalgebra::{Complex, DMatrix, dvector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Axis, BaseMotion, Change, Error, ExistenceMap, ExistencePoint, Kind, LinearSystem,
-    OrbitOptions, OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress,
-    Scene, SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
+    Axis, BaseMotion, Error, ExistenceMap, ExistencePoint, Kind, LinearSystem, OrbitOptions,
+    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene,
+    SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
     periodic_orbits,
 };
 
@@ -223,7 +223,7 @@ fn cells_are_what_periodic_orbits_finds() {
         for y in axes
             .iter()
             .skip(k + 1)
-            .filter(|y| (k, y.parameter) != (2, Parameter::RestitutionOf(1)))
+            .filter(|y| (k, y.parameter) != (2, Parameter::RESTITUTION.of(1)))
         {
             let found = compare(&third_kind(), &lone, (x, y), 2);
             seen = [0, 1, 2].map(|i| seen[i] + found[i]);
@@ -456,6 +456,8 @@ fn wrong_questions_are_refused_by_name() {
         scene.stops().to_vec(),
     );
     assert!(existence_at(&unforced, &Pattern::single(1), 1).is_err());
-    let changed = scene.replace(Change::Frequency(1.4)).expect("valid");
+    let changed = scene
+        .replace(Parameter::Frequency.change(1.4))
+        .expect("valid");
     assert!(existence_at(&changed, &Pattern::single(1), 2).is_ok());
 }

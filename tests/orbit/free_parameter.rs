@@ -3,7 +3,7 @@
 use crate::scenes::{linear, lower, upper};
 use nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
-    Change, FreeParameter, Harmonic, OrbitOptions, Parameter, Pattern, Scene, periodic_orbits,
+    FreeParameter, Harmonic, OrbitOptions, Parameter, Pattern, Scene, periodic_orbits,
 };
 
 fn scene(frequency: f64) -> Scene {
@@ -47,7 +47,7 @@ fn narrow_pairs_of_solutions_are_found() {
         for above in [1e-5, 1e-6, 1e-8] {
             let scale = factor(middle, &together) * (1.0 + above);
             let scaled = scene(1.0)
-                .replace(Change::ForcingScale(scale))
+                .replace(Parameter::ForcingScale.change(scale))
                 .expect("valid");
             let options = OrbitOptions {
                 free: Some(FreeParameter::Parameter(Parameter::Frequency)),

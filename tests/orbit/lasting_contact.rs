@@ -4,8 +4,9 @@ use crate::scenes::{harmonic, linear, loaded, lower, scene, shaken_ball};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Change, DoublePendulum, Error, Harmonic, Keep, PeriodicOrbit, Reaction, Scene,
-    SegmentKind, SimulateOptions, Trajectory, Wall, WallSide, find_orbit, nalgebra, simulate,
+    BaseMotion, DoublePendulum, Error, Harmonic, Keep, Parameter, PeriodicOrbit, Reaction, Scene,
+    SegmentKind, SimulateOptions, Solver, Trajectory, Wall, WallSide, find_orbit, nalgebra,
+    simulate,
 };
 
 /// Two masses, the first above a floor and shaken, coupled by inertia and by a spring.
@@ -130,9 +131,12 @@ fn the_ball_on_a_table_has_its_closed_form() {
 fn returned(orbit: &PeriodicOrbit, start: f64, x: &DVector<f64>) -> DVector<f64> {
     let n = x.len() / 2;
     let options = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-12,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let (q, v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
@@ -193,8 +197,11 @@ fn keeps_the_laws(orbit: &PeriodicOrbit, label: &str) {
     let n_zero = multipliers.iter().filter(|z| z.norm() < 1e-9).count();
     assert_eq!(n_zero, 2, "{label}: {multipliers}");
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-15),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         ..Default::default()
     };
     let span = (0.0, 2.0 * orbit.period());
@@ -246,7 +253,9 @@ fn an_orbit_is_followed_and_restored() {
         let scene = pair(e, Reaction::Inertia, 0.5, 0.1);
         let run = settled(&scene, dvector![0.3, 0.1], 80.0);
         let orbit = find_orbit(&scene, &run, None).expect("found");
-        let near = scene.replace(Change::ForcingScale(1.02)).expect("valid");
+        let near = scene
+            .replace(Parameter::ForcingScale.change(1.02))
+            .expect("valid");
         let followed = find_orbit(&near, &orbit, None).expect("followed");
         let run = settled(&near, dvector![0.3, 0.1], 80.0);
         let anew = find_orbit(&near, &run, None).expect("found");
@@ -272,7 +281,7 @@ fn an_orbit_is_followed_and_restored() {
 fn a_stop_held_for_good_leaves_the_motion_of_the_rest() {
     // Shaken too weakly to lift off: the second mass answers the spring's pull of its own, at rest here.
     let scene = pair(0.5, Reaction::Inertia, 1.0, 0.1)
-        .replace(Change::ForcingScale(0.2))
+        .replace(Parameter::ForcingScale.change(0.2))
         .expect("valid");
     let run = settled(&scene, dvector![0.3, 0.1], 100.0);
     let orbit = find_orbit(&scene, &run, None).expect("found");

@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, DVector, dvector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
     BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Pattern, Reaction, Scene, Side, SimulateOptions, Stop, Verdict,
+    PaperOptions, Parameter, Pattern, Reaction, Scene, Side, SimulateOptions, Stop, Verdict,
     first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
 };
 
@@ -122,7 +122,7 @@ fn admissible_phases(which: Kind, damping: f64, stop: usize) -> Vec<(f64, f64, O
             // The other stop is at the same angle in the paper: judge the orbit with both there.
             let scene = orbits[0]
                 .scene()
-                .replace(Change::Clearance(vec![theta0]))
+                .replace(Parameter::CLEARANCE.change(theta0))
                 .expect("valid");
             let again = periodic_orbits(&scene, &Pattern::single(stop), &options).expect("solved");
             (again[0].is_admissible() == Some(true)).then(|| {
@@ -399,8 +399,8 @@ fn a_contact_left_at_zero_speed_is_no_graze_of_its_own() {
     // of those for small restitution.
     let largest = |frequency: f64, restitution: f64| {
         let scene = kind(Kind::Three, 0.05)
-            .replace(Change::Frequency(frequency))
-            .and_then(|scene| scene.replace(Change::Restitution(vec![restitution])))
+            .replace(Parameter::Frequency.change(frequency))
+            .and_then(|scene| scene.replace(Parameter::RESTITUTION.change(restitution)))
             .expect("valid");
         let orbits = periodic_orbits(&scene, &Pattern::single(1), &periods(2)).expect("solved");
         assert!(orbits[0].is_admissible() == Some(true) && orbits[0].touches().is_empty());

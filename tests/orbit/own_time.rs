@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use vibroimpact::{
     EquationsOfMotion, Forcing, Harmonic, NonlinearSystem, OrbitOptions, Pattern, PeriodicOrbit,
-    Result, Scene, SimulateOptions, find_orbit, periodic_orbits, simulate,
+    Result, Scene, SimulateOptions, Solver, find_orbit, periodic_orbits, simulate,
 };
 
 const W: f64 = 1.4;
@@ -116,8 +116,11 @@ fn the_time_of_the_equations_moves_with_the_phase() {
         assert!((mu(&orbit) - mu(&wanted)).abs() < 1e-7);
         // Its scene retraces it.
         let options = SimulateOptions {
-            rtol: 1e-11,
-            atol: Some(1e-13),
+            solver: Solver {
+                rtol: 1e-11,
+                atol: Some(1e-13),
+                ..Solver::default()
+            },
             ..Default::default()
         };
         let end = 5.0 * orbit.period();

@@ -28,7 +28,7 @@ fn is_clearly_stable(orbit: &PeriodicOrbit) -> bool {
 /// The largest difference between a thousand simulated periods and the orbit: impact times, speeds, the state at the end.
 fn drift(orbit: &PeriodicOrbit, label: &str) -> f64 {
     let options = SimulateOptions {
-        method: Method::Exact,
+        solver: Method::Exact.into(),
         keep: Keep::Impacts,
         ..Default::default()
     };

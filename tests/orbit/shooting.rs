@@ -5,9 +5,9 @@ use nalgebra::{DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use vibroimpact::{
-    BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Pattern,
-    PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Stop, find_orbit,
-    find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
+    BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Parameter,
+    Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, Stop,
+    StopNumber, find_orbit, find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
@@ -15,9 +15,12 @@ fn opening(orbit: &PeriodicOrbit) -> f64 {
     let start = orbit.impacts().get(1).map_or(orbit.period(), |i| i.time) / 2.0;
     let (q0, v0) = orbit.state(start, false);
     let keep = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-12,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let span = (start, start + orbit.period());
@@ -55,7 +58,9 @@ fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
     let scene = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), stops);
     let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
     let guesses = periodic_orbits(&scene, &pattern, &periods(1)).expect("searched");
-    let near = scene.replace(Change::ForcingScale(1.01)).expect("valid");
+    let near = scene
+        .replace(Parameter::ForcingScale.change(1.01))
+        .expect("valid");
     let wanted = periodic_orbits(&near, &pattern, &periods(1)).expect("searched");
     assert!(!guesses.is_empty());
     for guess in guesses.iter() {
@@ -88,7 +93,7 @@ fn two_instants_and_two_stops_together_agree_with_their_own_solvers() {
     // No phase lets both pendulums hit together at other clearances: the mismatch stays and is reported.
     let other = known
         .scene()
-        .replace(Change::Clearance(vec![0.8, 0.85]))
+        .replace(Change::EachStop(StopNumber::Clearance, vec![0.8, 0.85]))
         .expect("valid");
     let Err(Error::NoConvergence { residual, .. }) = find_orbit(&other, known, None) else {
         panic!("nothing closes here");
@@ -305,7 +310,7 @@ fn the_stops_of_a_pattern_alone_are_looked_at() {
     let t = known.period() - 0.05;
     let (q, v) = known.state(t, false);
     let (q, v) = (q * 1.001, v * 0.999);
-    let phase = Change::Phase(known.phase() + 1.4 * t);
+    let phase = Parameter::Phase.change(known.phase() + 1.4 * t);
     let turned = scene.replace(phase).expect("valid");
     let settled = run(
         &plain,
@@ -368,8 +373,8 @@ fn third(part: f64, linear: bool) -> Scene {
     let clearances = scene.gaps(&DVector::zeros(2)).expect("plane stops") * part;
     let clearances = clearances.iter().copied().collect();
     scene
-        .replace(Change::ForcingScale(part))
-        .and_then(|scene| scene.replace(Change::Clearance(clearances)))
+        .replace(Parameter::ForcingScale.change(part))
+        .and_then(|scene| scene.replace(Change::EachStop(StopNumber::Clearance, clearances)))
         .expect("valid")
 }
 
@@ -397,9 +402,12 @@ fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
     let orbit = find_orbit(&third(1.0, false), &linear[0], None).expect("converges");
     let start = 0.4 * orbit.period();
     let keep = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-13,
+            atol: Some(1e-15),
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-13,
-        atol: Some(1e-15),
         ..Default::default()
     };
     let returned = |x: &DVector<f64>| {

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::PI;
 use vibroimpact::{
     DoublePendulum, Forcing, Harmonic, Method, Reaction, Scene, Segment, SegmentKind, Side,
-    SimulateOptions, Status, Trajectory, Wall, WallSide, nalgebra, simulate,
+    SimulateOptions, Solver, Status, Trajectory, Wall, WallSide, nalgebra, simulate,
 };
 
 fn of_kind(run: &Trajectory, kind: SegmentKind) -> Vec<Segment> {
@@ -81,7 +81,10 @@ fn flights_of_a_ball_are_found_at_once() {
 fn the_impacts_recorded_before_rest_grow_as_the_logarithm_of_the_tolerance() {
     let count = |rtol: f64| {
         let options = SimulateOptions {
-            atol: Some(1e-3 * rtol),
+            solver: Solver {
+                atol: Some(1e-3 * rtol),
+                ..with(Method::Exact, rtol).solver
+            },
             ..with(Method::Exact, rtol)
         };
         let run = run(&ball(0.7), &[1.0], &[0.0], 20.0, &options);

@@ -4,8 +4,8 @@ use crate::scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scen
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::ops::ControlFlow;
 use vibroimpact::{
-    Forcing, Keep, Kind, Method, PaperOptions, Scene, SegmentKind, Side, SimulateOptions, Status,
-    Stop, SweepOptions, paper_scene, simulate, simulate_many,
+    Forcing, Keep, Kind, Method, PaperOptions, Scene, SegmentKind, Side, SimulateOptions, Solver,
+    Status, Stop, SweepOptions, paper_scene, simulate, simulate_many,
 };
 
 /// A column of beads in contact above a floor, heights q, under unit gravity.
@@ -210,8 +210,11 @@ fn an_ensemble_of_pendulums_has_the_bits_of_one_by_one() {
     });
     let v0 = DMatrix::from_fn(9, 2, |i, j| 0.1 * (i + j) as f64);
     let options = SimulateOptions {
+        solver: Solver {
+            rtol: 1e-7,
+            ..Solver::default()
+        },
         keep: Keep::Final,
-        rtol: 1e-7,
         ..Default::default()
     };
     let go_on = &mut |_| ControlFlow::Continue(());

@@ -4,8 +4,8 @@ use crate::scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scen
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Change, DoublePendulum, Energy, EquationsOfMotion, Forcing, Harmonic, Method,
-    NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, SimulateOptions, Stop,
-    Wall, WallSide, simulate,
+    NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, SimulateOptions, Solver,
+    Stop, Wall, WallSide, simulate,
 };
 
 const RTOL: f64 = 1e-9;
@@ -211,7 +211,10 @@ fn functions_have_the_ledger_of_the_system_that_they_write_out() {
         .expect("fits");
     let ledger = |scene: &Scene| {
         let options = SimulateOptions {
-            rtol: RTOL,
+            solver: Solver {
+                rtol: RTOL,
+                ..Solver::default()
+            },
             t_eval: Some((0..=80).map(|i| 0.5 * f64::from(i)).collect()),
             ..Default::default()
         };

@@ -4,8 +4,9 @@ use crate::scenes::{ball, harmonic, linear, loaded, oscillator, run, scene, unit
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Change, Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Pattern,
-    Scene, SegmentKind, SimulateOptions, Status, Stop, paper_scene, periodic_orbits, simulate,
+    Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Parameter, Pattern,
+    Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene, periodic_orbits,
+    simulate,
 };
 
 #[test]
@@ -388,7 +389,9 @@ fn flights_do_not_depend_on_how_they_are_cut_nor_on_the_origin_of_time() {
         (1.5 * t) % TAU
     };
     let same = simulate(
-        &scene.replace(Change::Phase(phase)).expect("valid"),
+        &scene
+            .replace(Parameter::Phase.change(phase))
+            .expect("valid"),
         &q,
         &v,
         (0.0, 40.0),
@@ -406,7 +409,10 @@ fn every_touch_within_rounding_is_listed_wherever_the_steps_fall() {
     for k in 0..4000 {
         let phase = 0.3 + 1e-3 * f64::from(k);
         let options = SimulateOptions {
-            rtol: 1e-10 * (1.0 + f64::from(k % 10)),
+            solver: Solver {
+                rtol: 1e-10 * (1.0 + f64::from(k % 10)),
+                ..Solver::default()
+            },
             keep: vibroimpact::Keep::Impacts,
             ..Default::default()
         };

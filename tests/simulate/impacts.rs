@@ -300,7 +300,7 @@ fn stops_that_move_are_hit_at_once_by_their_relative_speeds() {
         let after = &v - &body.reactions * &expected.impulses;
         for method in [Method::Exact, Method::Dop853, Method::Radau] {
             let options = SimulateOptions {
-                method,
+                solver: method.into(),
                 ..SimulateOptions::default()
             };
             let run = simulate(&scene, &q, &v, (0.0, 1e-6), &options).expect("a run");

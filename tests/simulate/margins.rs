@@ -6,7 +6,7 @@ use crate::scenes::{linear, oscillator, run, scene, upper, with};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Forcing, Harmonic, Impact, LinearSystem, Load, Method, OrbitOptions, Pattern,
-    Scene, SegmentKind, Side, Signal, SimulateOptions, Stop, StopMotion, Trajectory,
+    Scene, SegmentKind, Side, Signal, SimulateOptions, Solver, Stop, StopMotion, Trajectory,
     periodic_orbits, simulate,
 };
 
@@ -73,7 +73,7 @@ fn a_start_is_judged_by_the_margin_of_its_flight() {
     }
     // Steps that err by their tolerance judge a start by it.
     let steps = SimulateOptions {
-        method: Method::Rk45,
+        solver: Method::Rk45.into(),
         ..with(Method::Exact, 1e-3)
     };
     assert_eq!(
@@ -262,7 +262,7 @@ fn run_in_unit(number: usize, method: Method, length: f64) -> Option<Vec<f64>> {
     let mut case = Random::of_case(11, number as u64);
     let (scene, q0, v0) = in_unit(&mut case, length);
     let options = SimulateOptions {
-        method,
+        solver: method.into(),
         max_impacts: Some(300),
         ..Default::default()
     };
@@ -335,7 +335,10 @@ fn an_absolute_tolerance_is_that_of_a_length() {
         let system = linear(dvector![1.0], dvector![0.0], dvector![4.0]);
         let scene = scene(system, force, [upper(0, 0.5, 0.5)]);
         let options = SimulateOptions {
-            atol,
+            solver: Solver {
+                atol,
+                ..Solver::default()
+            },
             ..Default::default()
         };
         run(&scene, &[0.0], &[0.0], 1.0, &options).stats().atol

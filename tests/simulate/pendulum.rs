@@ -3,8 +3,8 @@
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Forcing, ImpactSide, PendulumChain, Scene, SimulateOptions, Status,
-    Stop, Trajectory, Wall, WallSide, linearise, simulate,
+    BaseMotion, DoublePendulum, Forcing, ImpactSide, PendulumChain, Scene, SimulateOptions, Solver,
+    Status, Stop, Trajectory, Wall, WallSide, linearise, simulate,
 };
 
 const NO_STOPS: [Stop; 0] = [];
@@ -74,8 +74,11 @@ fn pair(m: f64, mu: f64) -> Chain {
 
 fn tight() -> SimulateOptions {
     SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-13),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-13),
+            ..Solver::default()
+        },
         ..Default::default()
     }
 }
@@ -259,8 +262,11 @@ fn small_motions_are_those_of_the_linear_scene() {
     let (q, v) = (dvector![-size, 0.5 * size], dvector![0.3 * size, size]);
     let linear = linearise(&scene).expect("an equilibrium");
     let options = SimulateOptions {
-        rtol: 1e-12,
-        atol: Some(1e-12 * size),
+        solver: Solver {
+            rtol: 1e-12,
+            atol: Some(1e-12 * size),
+            ..Solver::default()
+        },
         ..Default::default()
     };
     let large = simulate(&scene, &q, &v, (0.0, 15.0), &options).expect("runs");

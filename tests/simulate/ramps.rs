@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Change, Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampLaw, RampProfile, Scene,
-    Side, SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, simulate_observed,
+    Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampLaw, RampProfile, Scene, Side,
+    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, simulate_observed,
 };
 use vibroimpact::{Harmonic, Method};
 
@@ -37,8 +37,8 @@ fn ways() -> Vec<Vec<Ramp>> {
         vec![up(LEVELS)],
         vec![
             up(RampProfile::Rate(0.03)),
-            ramp(Parameter::RestitutionOf(0), 0.3, LEVELS),
-            ramp(Parameter::ClearanceOf(1), 0.1, RampProfile::Over(17.0)),
+            ramp(Parameter::RESTITUTION.of(0), 0.3, LEVELS),
+            ramp(Parameter::CLEARANCE.of(1), 0.1, RampProfile::Over(17.0)),
         ],
         vec![
             ramp(Parameter::Phase, 3.0, RampProfile::Over(11.0)),
@@ -115,28 +115,19 @@ fn the_state_and_the_angle_go_on_and_the_ledgers_close() {
 
 #[test]
 fn levels_are_runs_one_after_another() {
-    type Number = (Parameter, fn(f64) -> Change, [f64; 2]);
-    let numbers: [Number; 4] = [
-        (Parameter::DampingScale, Change::DampingScale, [1.0, 3.0]),
-        (Parameter::ForcingScale, Change::ForcingScale, [1.0, 2.0]),
-        (
-            Parameter::RestitutionOf(0),
-            |e| Change::RestitutionOf(0, e),
-            [0.8, 0.3],
-        ),
-        (
-            Parameter::ClearanceOf(1),
-            |c| Change::ClearanceOf(1, c),
-            [0.25, 0.35],
-        ),
+    let numbers = [
+        (Parameter::DampingScale, [1.0, 3.0]),
+        (Parameter::ForcingScale, [1.0, 2.0]),
+        (Parameter::RESTITUTION.of(0), [0.8, 0.3]),
+        (Parameter::CLEARANCE.of(1), [0.25, 0.35]),
     ];
     let dwell = 2.25 * scene().period().expect("one force");
-    for (parameter, change, [from, to]) in numbers {
+    for (parameter, [from, to]) in numbers {
         let whole = run(vec![ramp(parameter, to, LEVELS)], Keep::Final);
         let rest = DVector::zeros(2);
         let (mut q, mut v, mut start) = (rest.clone(), rest, 0.0);
         for k in 0..5 {
-            let scene = scene().replace(change(from + (to - from) * f64::from(k) / 4.0));
+            let scene = scene().replace(parameter.change(from + (to - from) * f64::from(k) / 4.0));
             let end = (dwell * f64::from(k + 1)).min(40.0);
             let options = SimulateOptions::default();
             let part = simulate(&scene.expect("valid"), &q, &v, (start, end), &options);
@@ -156,7 +147,7 @@ fn levels_beside_a_frequency_that_drifts_last_their_turns() {
     let (w0, rate) = (1.2, 0.03);
     let up = ramp(Parameter::Frequency, 9.0, RampProfile::Rate(rate));
     let saved = run(
-        vec![up, ramp(Parameter::RestitutionOf(0), 0.3, LEVELS)],
+        vec![up, ramp(Parameter::RESTITUTION.of(0), 0.3, LEVELS)],
         Keep::Motion,
     )
     .save();
@@ -202,8 +193,8 @@ fn chapters_that_are_not_those_of_the_ramps_are_refused() {
 fn a_method_that_cannot_follow_says_so() {
     let refused = |ramps: Vec<Ramp>, method: Method| {
         let options = SimulateOptions {
+            solver: method.into(),
             ramps,
-            method,
             ..SimulateOptions::default()
         };
         let rest = DVector::zeros(2);

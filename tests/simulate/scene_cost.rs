@@ -147,7 +147,7 @@ fn a_nonlinear_system_takes_steps_and_no_modes() {
     let scene = pendulum(vec![wall]);
     for method in [Method::Auto, Method::Rk45] {
         let options = SimulateOptions {
-            method,
+            solver: method.into(),
             ..Default::default()
         };
         let stats = run_with(&scene, &options).stats();
@@ -204,9 +204,9 @@ fn what_is_not_asked_for_is_not_kept() {
 #[test]
 fn no_damping_is_damping_of_no_size() {
     const LEAST: f64 = 1e-300;
-    let end = |scene: &Scene, method| {
+    let end = |scene: &Scene, method: Method| {
         let options = SimulateOptions {
-            method,
+            solver: method.into(),
             ..Default::default()
         };
         let run = run_with(scene, &options);
@@ -251,9 +251,9 @@ fn ten_thousand_diagonal_modes_are_stepped_one_by_one() {
     let force = harmonic((&normal * 0.2).as_slice(), 0.7, 0.0);
     let scene = scene(system, force, [upper(normal, 0.3, 0.6)]);
     let (q0, v0) = (DVector::zeros(N), DVector::from_element(N, 0.005));
-    let run = |method| {
+    let run = |method: Method| {
         let options = SimulateOptions {
-            method,
+            solver: method.into(),
             keep: Keep::Impacts,
             ..Default::default()
         };

@@ -5,7 +5,8 @@ use crate::scenes::{harmonic, linear, lower, oscillator, scene, unit_mass, upper
 use nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
     Change, Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, Method, PaperOptions,
-    Scene, Side, SimulateOptions, Status, Stop, Trajectory, paper_scene, simulate,
+    Scene, Side, SimulateOptions, Solver, Status, Stop, StopNumber, Trajectory, paper_scene,
+    simulate,
 };
 
 /// Every method of steps, the least order that is seen of it over decades of tolerance, and by how many tolerances its error may
@@ -18,9 +19,11 @@ const METHODS: [(Method, f64, f64); 3] = [
 
 fn steps(method: Method, rtol: f64) -> SimulateOptions {
     SimulateOptions {
-        method,
-        rtol,
-        atol: Some(1e-3 * rtol),
+        solver: Solver {
+            method,
+            rtol,
+            atol: Some(1e-3 * rtol),
+        },
         ..Default::default()
     }
 }
@@ -31,7 +34,7 @@ fn rk45(rtol: f64) -> SimulateOptions {
 
 fn exact(rtol: f64) -> SimulateOptions {
     SimulateOptions {
-        method: Method::Exact,
+        solver: Method::Exact.into(),
         ..rk45(rtol)
     }
 }
@@ -308,10 +311,13 @@ fn condition(case: &Case, truth: &Trajectory, options: &SimulateOptions) -> Vec<
     // Of the size of the terms of a gap in contact, twice the clearance.
     let clearances: Vec<f64> = planes(&case.scene).map(Stop::clearance).collect();
     let widest = clearances.iter().copied().fold(0.0, f64::max);
-    let width = 1.5 * margin(options.rtol, widest);
+    let width = 1.5 * margin(options.solver.rtol, widest);
     for moved in [-width, width] {
         let there = clearances.iter().map(|c| c + moved).collect();
-        let scene = case.scene.replace(Change::Clearance(there)).expect("valid");
+        let scene = case
+            .scene
+            .replace(Change::EachStop(StopNumber::Clearance, there))
+            .expect("valid");
         let run = simulate(&scene, &case.q0, &case.v0, truth.span(), options).expect("runs");
         note(0, run.impacts(), width);
     }

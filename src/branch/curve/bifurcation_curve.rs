@@ -13,7 +13,7 @@ use crate::branch::options::{ContinuationOptions, check_range};
 use crate::continuation::{ScaledDirection, ZeroProblem, corrected, walk};
 use crate::error::{Error, Result, digits};
 use crate::linalg::rank;
-use crate::model::{Parameter, Scene, start_of, with_value};
+use crate::model::{Parameter, Scene};
 use crate::tolerance::ELSEWHERE_ON_CURVE;
 use std::ops::ControlFlow;
 
@@ -45,7 +45,7 @@ use std::ops::ControlFlow;
 /// let go_on = &mut |_| ControlFlow::Continue(());
 /// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.5, 2.0), &options, go_on)?;
 /// let doubling = branch.special.iter().find(|own| own.kind == SpecialKind::PeriodDoubling).expect("one");
-/// let plane = [Parameter::Frequency, Parameter::Clearance];
+/// let plane = [Parameter::Frequency, Parameter::CLEARANCE];
 /// let curve = bifurcation_curve(CurveOf::Special(doubling), plane, [(2.1, 3.0), (0.5, 1.5)], &options, go_on)?;
 /// assert!(curve.x.len() > 10);
 /// # Ok::<(), vibroimpact::Error>(())
@@ -60,7 +60,7 @@ pub fn bifurcation_curve(
     let scene = of.orbit().scene();
     let mut start = [0.0; 2];
     for (axis, parameter) in parameters.into_iter().enumerate() {
-        start[axis] = start_of(scene, parameter, "parameters")?;
+        start[axis] = scene.start_of(parameter, "parameters")?;
         for end in [between[axis].0, between[axis].1] {
             let allowed = parameter.check(end);
             allowed.map_err(|error| error.at(format_args!("between[{axis}]")))?;
@@ -71,8 +71,8 @@ pub fn bifurcation_curve(
         return Err(Error::bad_value("parameters", value, "they must be two"));
     }
     let make = |x: f64, y: f64| {
-        let scene = with_value(scene, parameters[0], x)?;
-        with_value(&scene, parameters[1], y)
+        let scene = scene.with_value(parameters[0], x)?;
+        scene.with_value(parameters[1], y)
     };
     bifurcation_curve_of(of, &make, start, between, options, observer)
 }

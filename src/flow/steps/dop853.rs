@@ -1,230 +1,36 @@
 //! The Runge-Kutta method of order 8 of Dormand and Prince, "DOP853", on `q'' = a(t, q, v)`, with its dense output of order 7
 //! (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sections II.5, II.6 and II.10).
 
-use crate::error::Result;
-use crate::flow::steps::control::{Controller, StepControl};
-use crate::flow::steps::dense_output::Dense;
+use crate::flow::steps::control::StepControl;
 use crate::flow::steps::dop853_tableau::{
     DOP853_ALL_STAGES, DOP853_DENSE, DOP853_ERROR_3, DOP853_ERROR_5, DOP853_NODES, DOP853_ROWS,
     DOP853_STAGES,
 };
-use crate::flow::steps::state::{State, rate, stage_state, stiffness, weighted_sum};
-use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
-use crate::model::Dynamics;
-use std::cmp::Ordering;
+use crate::flow::steps::explicit_rk::{ButcherTableau, EmbeddedError, ExplicitRk};
 
-/// Stiffness `h |lambda|` beyond which stability holds the step down: the stability limit of the method on the negative real axis. [exact]
-const DOP853_STABLE: f64 = 6.1;
+/// The tableau of the method.
+#[derive(Debug)]
+pub(crate) struct Dop853Tableau;
 
-/// The method, with the step last taken.
-#[derive(Debug, Clone)]
-pub(crate) struct Dop853<S> {
-    /// Rates at the stages: `[0]` at the start, `[DOP853_STAGES]` at the end, those after it for the dense output only.
-    stages: [S; DOP853_ALL_STAGES],
-    /// Whether the stages of the dense output are those of this step.
-    is_extended: bool,
-    /// The state at the last stage that was evaluated, up to number 12.
-    trial: S,
-    end: S,
-    scratch: S,
-    n_rhs: usize,
-}
+/// The method, with the step last taken: afterwards the end is the state of order 8 there.
+pub(crate) type Dop853<S> = ExplicitRk<Dop853Tableau, S, DOP853_ALL_STAGES, 7>;
 
-/// The estimates of orders 5 and 3 as one of order 8, `e5^2/sqrt(e5^2 + (e3/10)^2)`; infinite if one of them is no finite number.
-fn combined(fifth: f64, third: f64) -> f64 {
-    let size = fifth.hypot(0.1 * third);
-    if size == 0.0 {
-        0.0
-    } else if size.is_finite() {
-        fifth * (fifth / size)
-    } else {
-        f64::INFINITY
-    }
-}
-
-impl<S: State> Dop853<S> {
-    /// The rate at stage K from those before it.
-    #[inline]
-    fn stage<D: Dynamics, const K: usize>(
-        &mut self,
-        dynamics: &D,
-        drive: D::Drive,
-        x: &S,
-        h: f64,
-    ) -> Result<()> {
-        let (known, next) = self.stages.split_at_mut(K);
-        let target = match K.cmp(&DOP853_STAGES) {
-            Ordering::Less => &mut self.trial,
-            Ordering::Equal => &mut self.end,
-            Ordering::Greater => &mut self.scratch,
-        };
-        stage_state::<S, K>(known, DOP853_ROWS[K - 1], (x, h), target);
-        self.n_rhs += 1;
-        rate(dynamics, drive, target, &mut next[0])
-    }
-
-    /// The stages that only the dense output needs, once a step.
-    fn extend<D: Dynamics>(
-        &mut self,
-        dynamics: &D,
-        StepStart { at, x }: StepStart<'_, S>,
-        h: f64,
-    ) -> Result<()> {
-        if !self.is_extended {
-            let drive_at = |node: f64| dynamics.drive(at.after(node * h));
-            self.stage::<D, 13>(dynamics, drive_at(DOP853_NODES[12]), x, h)?;
-            self.stage::<D, 14>(dynamics, drive_at(DOP853_NODES[13]), x, h)?;
-            self.stage::<D, 15>(dynamics, drive_at(DOP853_NODES[14]), x, h)?;
-            self.is_extended = true;
-        }
-        Ok(())
-    }
-
-    /// The stiffness that the end and the last stage before it tell.
-    fn stiffness(&self, h: f64) -> f64 {
-        let rates = [&self.stages[DOP853_STAGES], &self.stages[DOP853_STAGES - 1]];
-        stiffness(h, rates, [&self.end, &self.trial])
-    }
-}
-
-impl<S: State> StepEnds<S> for Dop853<S> {
-    fn start_rate(&self) -> &S {
-        &self.stages[0]
-    }
-
-    fn end(&self) -> &S {
-        &self.end
-    }
-
-    fn end_mut(&mut self) -> &mut S {
-        &mut self.end
-    }
-
-    fn end_rate(&self) -> &S {
-        &self.stages[DOP853_STAGES]
-    }
-
-    fn n_rhs(&self) -> usize {
-        self.n_rhs
-    }
-}
-
-impl<S: State> Stepper<S> for Dop853<S> {
+impl ButcherTableau for Dop853Tableau {
+    const NODES: &'static [f64] = &DOP853_NODES;
+    const ROWS: &'static [&'static [f64]] = &DOP853_ROWS;
+    const END: usize = DOP853_STAGES;
+    const ERROR: EmbeddedError = EmbeddedError::FifthAndThird(&DOP853_ERROR_5, &DOP853_ERROR_3);
+    const DENSE: &'static [&'static [f64]] = &DOP853_DENSE;
     // Steps are so long that the quintic may be farther off than the tolerance.
     const HAS_QUINTIC: bool = false;
-
-    type Choice = ();
-    type Dense = Dense<S, 7>;
-
-    fn new(n_dof: usize, _tolerance: Tolerance, _choice: ()) -> Self {
-        let zeros = S::zeros(2 * n_dof);
-        Self {
-            stages: std::array::from_fn(|_| zeros.clone()),
-            is_extended: false,
-            trial: zeros.clone(),
-            end: zeros.clone(),
-            scratch: zeros,
-            n_rhs: 0,
-        }
-    }
-
-    fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()> {
-        self.n_rhs += 1;
-        let drive = dynamics.drive(start.at);
-        rate(dynamics, drive, start.x, &mut self.stages[0])
-    }
-
-    /// Afterwards the end is the state of order 8 there.
-    #[inline]
-    fn step<D: Dynamics>(
-        &mut self,
-        dynamics: &D,
-        StepStart { at, x }: StepStart<'_, S>,
-        h: f64,
-    ) -> Result<bool> {
-        self.is_extended = false;
-        let drive_at = |node: f64| dynamics.drive(at.after(node * h));
-        self.stage::<D, 1>(dynamics, drive_at(DOP853_NODES[0]), x, h)?;
-        self.stage::<D, 2>(dynamics, drive_at(DOP853_NODES[1]), x, h)?;
-        self.stage::<D, 3>(dynamics, drive_at(DOP853_NODES[2]), x, h)?;
-        self.stage::<D, 4>(dynamics, drive_at(DOP853_NODES[3]), x, h)?;
-        self.stage::<D, 5>(dynamics, drive_at(DOP853_NODES[4]), x, h)?;
-        self.stage::<D, 6>(dynamics, drive_at(DOP853_NODES[5]), x, h)?;
-        self.stage::<D, 7>(dynamics, drive_at(DOP853_NODES[6]), x, h)?;
-        self.stage::<D, 8>(dynamics, drive_at(DOP853_NODES[7]), x, h)?;
-        self.stage::<D, 9>(dynamics, drive_at(DOP853_NODES[8]), x, h)?;
-        self.stage::<D, 10>(dynamics, drive_at(DOP853_NODES[9]), x, h)?;
-        // The last stage and the end are at one time.
-        let last = drive_at(DOP853_NODES[10]);
-        self.stage::<D, 11>(dynamics, last, x, h)?;
-        self.stage::<D, 12>(dynamics, last, x, h)?;
-        Ok(true)
-    }
-
-    /// An end without a finite rate, which the estimates do not see, is an infinite error.
-    #[inline]
-    fn error<D: Dynamics>(
-        &mut self,
-        _dynamics: &D,
-        start: StepStart<'_, S>,
-        h: f64,
-        tolerance: Tolerance,
-    ) -> Result<f64> {
-        let mut at_end = self.end.slice().iter().chain(self.end_rate().slice());
-        if !at_end.all(|x| x.is_finite()) {
-            return Ok(f64::INFINITY);
-        }
-        let ends = (start.x, &self.end);
-        weighted_sum::<S, DOP853_STAGES>(&self.stages, &DOP853_ERROR_5, &mut self.scratch);
-        let fifth = tolerance.norm(&self.scratch, ends);
-        weighted_sum::<S, DOP853_STAGES>(&self.stages, &DOP853_ERROR_3, &mut self.scratch);
-        let third = tolerance.norm(&self.scratch, ends);
-        Ok(h.abs() * combined(fifth, third))
-    }
-
-    fn dense<D: Dynamics>(
-        &mut self,
-        dynamics: &D,
-        start: StepStart<'_, S>,
-        h: f64,
-    ) -> Result<Dense<S, 7>> {
-        self.extend(dynamics, start, h)?;
-        let x = start.x;
-        let mut c: [S; 7] = std::array::from_fn(|_| S::zeros(x.slice().len()));
-        let [differences, firsts, lasts, bumps @ ..] = &mut c;
-        for i in 0..x.slice().len() {
-            let difference = self.end.slice()[i] - x.slice()[i];
-            let first = h * self.stages[0].slice()[i] - difference;
-            differences.slice_mut()[i] = difference;
-            firsts.slice_mut()[i] = first;
-            lasts.slice_mut()[i] = difference - h * self.stages[DOP853_STAGES].slice()[i] - first;
-        }
-        for (bump, weights) in bumps.iter_mut().zip(&DOP853_DENSE) {
-            weighted_sum::<S, DOP853_ALL_STAGES>(&self.stages, weights, bump);
-            bump.slice_mut().iter_mut().for_each(|b| *b *= h);
-        }
-        let start = x.clone();
-        Ok(Dense { start, c, h })
-    }
-
-    fn go_on(&mut self) -> bool {
-        self.stages.swap(0, DOP853_STAGES);
-        true
-    }
-
-    fn control(&self) -> StepControl {
-        StepControl {
-            order: 8,
-            beta: 0.0,
-            least: 0.333,
-            most: 6.0,
-            kept_below: 1.0,
-        }
-    }
-
-    fn accept(&mut self, h: f64, controller: &mut Controller) {
-        controller.note_stiffness(self.stiffness(h) > DOP853_STABLE);
-    }
+    const CONTROL: StepControl = StepControl {
+        order: 8,
+        beta: 0.0,
+        least: 0.333,
+        most: 6.0,
+        kept_below: 1.0,
+    };
+    const STABLE: f64 = 6.1;
 }
 
 #[cfg(test)]
@@ -232,8 +38,12 @@ mod tests {
     use std::cell::RefCell;
 
     use super::*;
-    use crate::flow::steps::dense_output::DenseOutput;
-    use crate::model::Moment;
+    use crate::error::Result;
+    use crate::flow::steps::dense_output::{Dense, DenseOutput};
+    use crate::flow::steps::explicit_rk::combined;
+    use crate::flow::steps::state::State;
+    use crate::flow::steps::stepper::{StepEnds, StepStart, Stepper, Tolerance};
+    use crate::model::{Dynamics, Moment};
 
     const TOLERANCE: Tolerance = Tolerance {
         relative: 1e-9,

@@ -199,8 +199,8 @@ pub(crate) const DOP853_ERROR_3: [f64; DOP853_STAGES] = {
 };
 
 /// The last four coefficients of the dense output, of order 7. [exact]
-pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
-    [
+pub(crate) const DOP853_DENSE: [&[f64]; 4] = [
+    &[
         -8.428_938_276_109_013,
         0.0,
         0.0,
@@ -218,7 +218,7 @@ pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
         -9.194_632_392_478_356,
         -4.436_036_387_594_894,
     ],
-    [
+    &[
         10.427_508_642_579_134,
         0.0,
         0.0,
@@ -236,7 +236,7 @@ pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
         -9.352_924_358_844_48,
         35.816_841_486_394_08,
     ],
-    [
+    &[
         19.985_053_242_002_433,
         0.0,
         0.0,
@@ -254,7 +254,7 @@ pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
         84.320_405_506_677_16,
         11.992_291_136_182_79,
     ],
-    [
+    &[
         -25.693_933_462_703_75,
         0.0,
         0.0,
@@ -273,149 +273,3 @@ pub(crate) const DOP853_DENSE: [[f64; DOP853_ALL_STAGES]; 4] = [
         -149.726_836_257_985_64,
     ],
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    type Weights = [f64; DOP853_ALL_STAGES];
-
-    /// An order condition: the weights that a rooted tree asks of a method add up to `1/density`.
-    struct Tree {
-        order: usize,
-        weights: Weights,
-        density: f64,
-    }
-
-    fn padded(weights: &[f64]) -> Weights {
-        std::array::from_fn(|i| weights.get(i).copied().unwrap_or(0.0))
-    }
-
-    fn dot(a: &[f64], b: &[f64]) -> f64 {
-        a.iter().zip(b).map(|(a, b)| a * b).sum()
-    }
-
-    /// `sum_j a_ij x_j`
-    fn through(x: &Weights) -> Weights {
-        std::array::from_fn(|i| {
-            if i == 0 {
-                0.0
-            } else {
-                dot(DOP853_ROWS[i - 1], x)
-            }
-        })
-    }
-
-    /// The forests of some vertices in all, made of the trees from a first one on: products of their weights and densities.
-    fn forests(trees: &[Tree], first: usize, vertices: usize) -> Vec<(Weights, f64)> {
-        if vertices == 0 {
-            return vec![([1.0; DOP853_ALL_STAGES], 1.0)];
-        }
-        let mut found = Vec::new();
-        for (i, tree) in trees.iter().enumerate().skip(first) {
-            if tree.order <= vertices {
-                let branch = through(&tree.weights);
-                for (others, density) in forests(trees, i, vertices - tree.order) {
-                    let weights = std::array::from_fn(|k| branch[k] * others[k]);
-                    found.push((weights, tree.density * density));
-                }
-            }
-        }
-        found
-    }
-
-    /// All rooted trees up to an order: a root that carries a forest of smaller ones.
-    fn trees(largest: usize) -> Vec<Tree> {
-        let mut trees = Vec::new();
-        for order in 1..=largest {
-            let forests = forests(&trees, 0, order - 1).into_iter();
-            let rooted = forests.map(|(weights, density)| Tree {
-                order,
-                weights,
-                density: order as f64 * density,
-            });
-            let rooted: Vec<_> = rooted.collect();
-            trees.extend(rooted);
-        }
-        trees
-    }
-
-    /// The largest defect of some weights, meant for the part x of a step, in the conditions of one order.
-    fn defect(weights: &Weights, trees: &[Tree], order: usize, x: f64) -> f64 {
-        let power = (0..order).fold(1.0, |power, _| power * x);
-        let of_order = trees.iter().filter(|tree| tree.order == order);
-        of_order
-            .map(|tree| (dot(weights, &tree.weights) - power / tree.density).abs())
-            .fold(0.0, f64::max)
-    }
-
-    /// Weights of the dense output at the part x of a step.
-    fn dense(x: f64) -> Weights {
-        let (y, b) = (1.0 - x, padded(&DOP853_SOLUTION));
-        std::array::from_fn(|i| {
-            let (first, last) = (f64::from(i == 0), f64::from(i == DOP853_STAGES));
-            let [c3, c4, c5, c6] = DOP853_DENSE.map(|weights| weights[i]);
-            let (c0, c1, c2) = (b[i], first - b[i], 2.0 * b[i] - first - last);
-            x * (c0 + y * (c1 + x * (c2 + y * (c3 + x * (c4 + y * (c5 + x * c6))))))
-        })
-    }
-
-    #[test]
-    fn rows_add_up_to_their_nodes() {
-        for (row, node) in DOP853_ROWS.iter().zip(DOP853_NODES) {
-            assert!((row.iter().sum::<f64>() - node).abs() < 1e-14, "{node}");
-        }
-        for (before, row) in DOP853_ROWS.iter().enumerate() {
-            assert_eq!(row.len(), before + 1);
-        }
-    }
-
-    #[test]
-    fn rows_are_quadratures_of_their_stage_order() {
-        // sum_j a_ij c_j^k = c_i^(k+1)/(k+1) from stage 6 on.
-        let node = |i: usize| if i == 0 { 0.0 } else { DOP853_NODES[i - 1] };
-        for i in 5..DOP853_ALL_STAGES {
-            for k in 1..=if i < DOP853_STAGES { 4 } else { 5 } {
-                let powers: Weights = std::array::from_fn(|j| node(j).powi(k));
-                let exact = node(i).powi(k + 1) / f64::from(k + 1);
-                assert!((through(&powers)[i] - exact).abs() < 1e-14, "{i} {k}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_solution_is_of_order_eight() {
-        let (weights, trees) = (padded(&DOP853_SOLUTION), trees(9));
-        assert_eq!(trees.len(), 486);
-        for order in 1..=8 {
-            assert!(defect(&weights, &trees, order, 1.0) < 1e-14, "{order}");
-        }
-        assert!(defect(&weights, &trees, 9, 1.0) > 1e-5);
-    }
-
-    #[test]
-    fn the_errors_are_of_orders_five_and_three() {
-        let trees = trees(6);
-        for (weights, last) in [(DOP853_ERROR_5, 5), (DOP853_ERROR_3, 3)] {
-            for order in 1..=last {
-                assert!(
-                    defect(&padded(&weights), &trees, order, 0.0) < 1e-14,
-                    "{order}"
-                );
-            }
-            assert!(defect(&padded(&weights), &trees, last + 1, 0.0) > 1e-4);
-        }
-    }
-
-    #[test]
-    fn the_dense_output_is_of_order_seven_at_every_point() {
-        let trees = trees(8);
-        for step in 1..10 {
-            let x = f64::from(step) / 10.0;
-            for order in 1..=7 {
-                assert!(defect(&dense(x), &trees, order, x) < 1e-14, "{order} {x}");
-            }
-            assert!(defect(&dense(x), &trees, 8, x) > 1e-6);
-        }
-    }
-}

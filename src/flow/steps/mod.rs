@@ -1,4 +1,4 @@
-//! Methods of integration, step by step: a method is a file, or a folder, and implements [`Stepper`].
+//! Methods of integration, step by step: a method is a file, or a folder, and implements [`Stepper`]; of an explicit one the tableau is all.
 
 pub(crate) mod chosen;
 #[cfg(test)]
@@ -10,10 +10,12 @@ mod dop853_tableau;
 mod dormand_prince;
 #[cfg(test)]
 pub(crate) mod example;
+mod explicit_rk;
+#[cfg(test)]
+mod order_conditions;
 mod radau;
 pub(crate) mod state;
 mod stepper;
-mod tableau;
 
 pub(crate) use dense_output::{Dense, DenseOutput};
 pub(crate) use dop853::Dop853;

@@ -37,17 +37,17 @@ impl State for Vec<f64> {
     }
 }
 
-/// `sum_k c_k y_k` over the first K rates.
+/// `sum_k c_k y_k` over the first rates, as many as there are weights.
 #[allow(
     clippy::inline_always,
-    reason = "the weights of a caller are known when it is compiled: zeros are left out"
+    reason = "the weights of a caller are known when it is compiled: sums are written out, zeros are left out"
 )]
 #[inline(always)]
-pub(super) fn weighted_sum<S: State, const K: usize>(rates: &[S], weights: &[f64], sum: &mut S) {
+pub(super) fn weighted_sum<S: State>(rates: &[S], weights: &[f64], sum: &mut S) {
     for (sum, rate) in sum.slice_mut().iter_mut().zip(rates[0].slice()) {
         *sum = weights[0] * rate;
     }
-    for k in 1..K {
+    for k in 1..weights.len() {
         if weights[k] != 0.0 {
             for (sum, rate) in sum.slice_mut().iter_mut().zip(rates[k].slice()) {
                 *sum += weights[k] * rate;
@@ -72,20 +72,19 @@ pub(super) fn rate<S: State, D: Dynamics>(
     dynamics.driven(drive, q, v, dv)
 }
 
-/// The state at stage K of an explicit method, `x + h sum_k c_k y_k` over the rates before it; the number is known at compile
-/// time, so that the sum is written out and its zeros are left out.
+/// The state at a stage of an explicit method, `x + h sum_k c_k y_k` over the rates before it.
 #[allow(
     clippy::inline_always,
     reason = "the weights of a caller are known when it is compiled"
 )]
 #[inline(always)]
-pub(super) fn stage_state<S: State, const K: usize>(
+pub(super) fn stage_state<S: State>(
     rates: &[S],
     weights: &[f64],
     (x, h): (&S, f64),
     state: &mut S,
 ) {
-    weighted_sum::<S, K>(rates, weights, state);
+    weighted_sum(rates, weights, state);
     for (y, x) in state.slice_mut().iter_mut().zip(x.slice()) {
         *y = x + h * *y;
     }

@@ -121,7 +121,7 @@ pub(crate) fn clearance_given(conditions: &PeriodicConditions<'_>) -> Option<Pha
 mod tests {
     use super::*;
     use crate::flow::ModalScene;
-    use crate::model::{Change, Kind, PaperOptions, paper_scene};
+    use crate::model::{Kind, PaperOptions, Parameter, paper_scene};
     use crate::orbit::one_instant::phases::meet_circle;
 
     #[test]
@@ -130,8 +130,8 @@ mod tests {
             for i in 0..40 {
                 let w = 0.3 + 0.07 * f64::from(i);
                 let scene = paper_scene(kind, &PaperOptions::default())
-                    .and_then(|s| s.replace(Change::Frequency(w)))
-                    .and_then(|s| s.replace(Change::Restitution(vec![0.02 * f64::from(i)])))
+                    .and_then(|s| s.replace(Parameter::Frequency.change(w)))
+                    .and_then(|s| s.replace(Parameter::RESTITUTION.change(0.02 * f64::from(i))))
                     .expect("valid");
                 let modal = ModalScene::new(&scene, "the test").expect("linear");
                 let stops = [stop];

@@ -59,10 +59,11 @@ impl PyBaseMotion {
     /// Displacement amplitude [m]: a float, or of several harmonics or with an imaginary part complex, shape (K,).
     #[getter]
     fn amplitude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let amplitudes = self.0.amplitudes();
+        let amplitudes = self.0.amplitudes().iter().map(|a| a[0]);
+        let amplitudes = DVector::from_iterator(self.0.n_harmonics(), amplitudes);
         match amplitudes.as_slice() {
             [one] if one.im == 0.0 => Ok(one.re.into_pyobject(py)?.into_any()),
-            _ => Ok(out_complex(py, amplitudes).into_any()),
+            _ => Ok(out_complex(py, &amplitudes).into_any()),
         }
     }
 

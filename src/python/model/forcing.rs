@@ -95,21 +95,20 @@ impl PyHarmonic {
 
 /// One forcing of those that a scene may have.
 fn one(value: &Bound<'_, PyAny>) -> Option<Forcing> {
-    if let Ok(f) = value.cast::<PyHarmonic>() {
-        return Some(f.get().0.clone().into());
+    macro_rules! of_class {
+        ($($class:ident),*) => {$(
+            if let Ok(f) = value.cast::<$class>() {
+                return Some(f.get().0.clone().into());
+            }
+        )*};
     }
-    if let Ok(f) = value.cast::<PyBaseMotion>() {
-        return Some(f.get().0.clone().into());
-    }
-    if let Ok(f) = value.cast::<PyFourier>() {
-        return Some(f.get().0.clone().into());
-    }
-    if let Ok(f) = value.cast::<PyLoad>() {
-        return Some(f.get().0.clone().into());
-    }
-    if let Ok(f) = value.cast::<PyBaseAcceleration>() {
-        return Some(f.get().0.clone().into());
-    }
+    of_class!(
+        PyHarmonic,
+        PyBaseMotion,
+        PyFourier,
+        PyLoad,
+        PyBaseAcceleration
+    );
     None
 }
 

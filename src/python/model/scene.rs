@@ -81,10 +81,6 @@ fn wrap_system(py: Python<'_>, system: &System) -> PyResult<Py<PyAny>> {
     })
 }
 
-fn list_of_numbers(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    Ok(vector(argument, value)?.as_slice().to_vec())
-}
-
 impl PyScene {
     fn with_amplitude(&self, value: &Bound<'_, PyAny>) -> PyResult<Change> {
         let f = self.0.forcing();
@@ -120,18 +116,18 @@ impl PyScene {
     fn change(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Change> {
         Ok(match name {
             "amplitude" => self.with_amplitude(value)?,
-            "clearance" => Change::Clearance(list_of_numbers(name, value)?),
-            "restitution" => Change::Restitution(list_of_numbers(name, value)?),
-            _ => name
-                .parse::<Parameter>()
-                .map_err(|_| {
+            _ => match name.parse().map_err(|_| {
                     bad(format!(
                         "{name} is not something a scene has{}; it must be one of system, forcing, stops, frequency, phase, \
                          amplitude, clearance, restitution, forcing_scale, damping_scale",
                         called_here(name)
                     ))
-                })?
-                .change(number(name, value)?),
+                })? {
+                Parameter::EveryStop(number) => {
+                    Change::EachStop(number, vector(name, value)?.as_slice().to_vec())
+                }
+                parameter => parameter.change(number(name, value)?),
+            },
         })
     }
 }

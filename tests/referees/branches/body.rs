@@ -30,8 +30,8 @@ impl Number {
             Self::Frequency => Parameter::Frequency,
             Self::Forcing => Parameter::ForcingScale,
             Self::Damping => Parameter::DampingScale,
-            Self::Restitution(stop) => Parameter::RestitutionOf(stop),
-            Self::Room(stop) => Parameter::ClearanceOf(stop),
+            Self::Restitution(stop) => Parameter::RESTITUTION.of(stop),
+            Self::Room(stop) => Parameter::CLEARANCE.of(stop),
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::random::Random;
 use nalgebra::{Complex, DVector};
 use vibroimpact::{
     Constraint, Forcing, Harmonic, LinearSystem, Method, NonlinearStop, Scene, Side,
-    SimulateOptions, Stop, StopMotion,
+    SimulateOptions, Solver, Stop, StopMotion,
 };
 
 /// A stop as the referee has it.
@@ -121,9 +121,11 @@ impl Case {
 
     pub fn options(&self) -> SimulateOptions {
         SimulateOptions {
-            method: self.method,
-            rtol: self.rtol,
-            atol: Some(self.atol),
+            solver: Solver {
+                method: self.method,
+                rtol: self.rtol,
+                atol: Some(self.atol),
+            },
             max_impacts: Some(12),
             ..Default::default()
         }

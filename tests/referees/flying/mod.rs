@@ -57,7 +57,7 @@ fn a_link_that_hardly_feels_gravity_is_stopped_by_its_wall() {
         for (from, speed) in [(0.0, 10.0), (0.1, -3.0), (-1.5, 0.7), (-3.0, 200.0)] {
             let (q0, v0) = (one() * from, one() * speed);
             let options = SimulateOptions {
-                method,
+                solver: method.into(),
                 max_impacts: Some(1),
                 ..Default::default()
             };

@@ -8,7 +8,7 @@ mod scenes;
 
 use crate::random::Cases;
 use nalgebra::DVector;
-use vibroimpact::{SimulateOptions, simulate};
+use vibroimpact::{SimulateOptions, Solver, simulate};
 
 /// Times at which states are compared.
 const SAMPLES: usize = 40;
@@ -28,10 +28,11 @@ fn pendulums_move_as_the_referee_says() {
         let reference = compare::reference(&case, &times);
         let n = case.chain.n();
         let options = SimulateOptions {
-            method: case.method,
-            rtol: case.rtol,
-            atol: Some(1e-2 * case.rtol),
-            // What is pressed onto an elastic face bounces lower and lower without end.
+            solver: Solver {
+                method: case.method,
+                rtol: case.rtol,
+                atol: Some(1e-2 * case.rtol),
+            }, // What is pressed onto an elastic face bounces lower and lower without end.
             max_impacts: Some(10_000),
             ..Default::default()
         };

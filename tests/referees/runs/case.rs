@@ -4,7 +4,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use vibroimpact::{
     Coefficient, Forcing, Harmonic, LinearSystem, Method, Reaction, Result, Scene, Side,
-    SimulateOptions, Stop,
+    SimulateOptions, Solver, Stop,
 };
 
 /// Without loss at impacts a damped motion under a load bounces ever faster: no run is followed further.
@@ -221,9 +221,11 @@ impl Case {
 
     pub fn options(&self) -> SimulateOptions {
         SimulateOptions {
-            method: self.method,
-            rtol: self.rtol,
-            atol: Some(self.atol),
+            solver: Solver {
+                method: self.method,
+                rtol: self.rtol,
+                atol: Some(self.atol),
+            },
             max_impacts: Some(MOST_IMPACTS),
             ..Default::default()
         }
