@@ -10,9 +10,8 @@ use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::Scene;
 use crate::observer::{ProgressRange, report};
-use crate::quantity::finite;
+use crate::quantity::{at_least_one, finite};
 use crate::section::wait;
-use crate::simulate::Keep;
 use crate::sweep::tiles::fill;
 use nalgebra::DMatrix;
 
@@ -111,14 +110,8 @@ pub(crate) fn settle_seeds(
         ));
     }
     finite("phase", options.phase)?;
-    options.run(Keep::Final).check((0.0, 0.0))?;
-    if options.longest_period == 0 {
-        return Err(Error::bad_value(
-            "longest_period",
-            0,
-            "it must be at least 1",
-        ));
-    }
+    options.solver.check()?;
+    at_least_one("longest_period", options.longest_period)?;
     let mut search = search(scene, around, options)?;
     let total = seeds.nrows();
     let mut found = vec![SeedOutcome::Undecided; total];

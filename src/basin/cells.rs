@@ -124,7 +124,7 @@ pub fn basin_cells(
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
     let run = SimulateOptions::by(options.solver, Keep::Final);
-    run.check((0.0, 0.0))?;
+    options.solver.check()?;
     let phase = finite("phase", options.phase)?;
     let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;
     let mut found = vec![(Label::Undecided, 0); states.nrows()];

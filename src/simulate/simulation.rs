@@ -34,12 +34,12 @@ use std::sync::Arc;
 /// the margin `10 (atol |n|_1 + rtol * size)` (of an `atol` that is not given 1e-11 of the gap's length) below zero is closed, and the start is moved onto its stop. Exact flights have
 /// errors of rounding alone: tolerances looser than the default do not widen their margin.
 ///
+/// The observer of the thread ([`with_observer`](crate::with_observer)) is told the part of the span that is done. The eigenproblem of order
+/// 2n at the first lasting contact of exact flights is one piece of work, in which it is not asked: a second or more for n = 200.
+///
 /// # Errors
 /// Arrays of the wrong length or not finite, a span that runs backwards, a start deeper inside a stop than that margin,
 /// `Method::Exact` for a nonlinear scene or `Method::Taylor` for one without series, a motion that grows beyond the doubles.
-///
-/// The observer of the thread ([`with_observer`](crate::with_observer)) is told the part of the span that is done. The eigenproblem of order
-/// 2n at the first lasting contact of exact flights is one piece of work, in which it is not asked: a second or more for n = 200.
 ///
 /// # References
 /// Theory sections 8 and 9; J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; E. Hairer, S. P. Norsett and G. Wanner,

@@ -5,7 +5,7 @@ use crate::hybrid::joined;
 use crate::model::{PhysicalState, Scene};
 use crate::observer::ProgressRange;
 use crate::orbit::{Pattern, depends_on_own_time};
-use crate::quantity::finite_vector;
+use crate::quantity::{at_least_one, finite, finite_vector};
 use crate::section::{
     Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
 };
@@ -211,17 +211,11 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
         );
         return Err(Error::bad_shape("scenes", found, wanted));
     }
-    if let Some(i) = values.iter().position(|x| !x.is_finite()) {
-        return Err(Error::bad_value(
-            format!("axis[{i}]"),
-            values[i],
-            "it must be finite",
-        ));
+    for (i, &value) in values.iter().enumerate() {
+        finite(&format!("axis[{i}]"), value)?;
     }
-    run_options(options).check((0.0, 0.0))?;
-    if options.periods == 0 {
-        return Err(Error::bad_value("periods", 0, "it must be at least 1"));
-    }
+    options.solver.check()?;
+    at_least_one("periods", options.periods)?;
     let n = Scenes::Each(scenes).n_dof()?;
     for scene in scenes {
         if scene.period().is_none() && !matches!(options.section, Section::Impacts(_)) {

@@ -1,8 +1,9 @@
 //! Work in pieces: independent items computed by index, so that the result has the same bits on any number of threads;
 //! the observer of the calling thread hears of the progress from time to time and may stop it all.
 
-use crate::error::{Error, Failure, Result};
+use crate::error::{Failure, Result};
 use crate::observer::{report, unless_broken_off};
+use crate::quantity::at_least_one;
 use std::time::Duration;
 
 /// Time between two calls of the observer: short beside the 0.2 s in which an interruption is to be answered.
@@ -18,9 +19,7 @@ pub struct SweepOptions {
 impl SweepOptions {
     /// The number of threads for so many tiles, 1 or more.
     fn count(self, tiles: usize) -> Result<usize> {
-        if self.threads == Some(0) {
-            return Err(Error::bad_value("threads", 0, "it must be at least 1"));
-        }
+        at_least_one("threads", self.threads.unwrap_or(1))?;
         let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let wanted = self.threads.unwrap_or_else(available);
         Ok(if cfg!(feature = "parallel") {
@@ -233,6 +232,7 @@ mod on_threads {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::observer::{ProgressRange, with_observer};
     use std::cell::RefCell;
     use std::ops::ControlFlow;

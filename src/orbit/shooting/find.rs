@@ -11,6 +11,7 @@ use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
+use crate::quantity::at_least_one;
 use crate::recurrence::{Measure, advance};
 use crate::simulate::{ImpactSide, Trajectory};
 use crate::tolerance::SAME_ROUND;
@@ -225,9 +226,7 @@ fn one_round(
 }
 
 fn check_periods(scene: &Scene, n_periods: Option<usize>) -> Result<()> {
-    if n_periods == Some(0) {
-        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
-    }
+    at_least_one("n_periods", n_periods.unwrap_or(1))?;
     if let (None, Some(n)) = (scene.frequency(), n_periods) {
         let rule = "the scene has no forcing whose periods could be counted; leave it out";
         return Err(Error::bad_value("n_periods", n, rule));
