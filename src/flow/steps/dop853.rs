@@ -159,6 +159,7 @@ impl ButcherTableau for Dop853Tableau {
             -9.150_958_472_179_87,
         ],
     ];
+    /// The last stage of the solution. [exact]
     const END: usize = 12;
     const ERROR: EmbeddedError = EmbeddedError::FifthAndThird(
         &[
@@ -260,6 +261,7 @@ impl ButcherTableau for Dop853Tableau {
         most: 6.0,
         kept_below: 1.0,
     };
+    /// The stability limit on the negative real axis. [exact]
     const STABLE: f64 = 6.1;
 }
 

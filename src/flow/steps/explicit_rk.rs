@@ -17,7 +17,7 @@ pub(crate) trait ButcherTableau: 'static {
     const NODES: &'static [f64];
     /// Rows of the stages from 1 on, each with a weight for every stage before.
     const ROWS: &'static [&'static [f64]];
-    /// The stage at the end of the step, at the node 1; those after it are needed for the dense output alone.
+    /// The stage at the end of the step, at the node 1; those after it are needed for the dense output alone. [exact]
     const END: usize;
     const ERROR: EmbeddedError;
     /// Coefficients of the dense output beyond the cubic through states and rates of both ends, in its nested form: weights of the stages.
@@ -26,7 +26,7 @@ pub(crate) trait ButcherTableau: 'static {
     const HAS_QUINTIC: bool;
     const CONTROL: StepControl;
     /// Stiffness `h |lambda|` beyond which stability holds the step down: the stability limit on the negative real axis. It is told by
-    /// the last two stages, which are at one time; infinite where they are not.
+    /// the last two stages, which are at one time; infinite where they are not. [exact]
     const STABLE: f64;
 }
 
