@@ -5,6 +5,7 @@ use crate::branch::{
 };
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
+use crate::observer::unobserved;
 use crate::orbit::PeriodicOrbit;
 use crate::python::answered::called_here;
 use crate::python::array::out_matrix;
@@ -165,7 +166,8 @@ pub(crate) fn _continuation<'py>(
                 branch::continuation_of(own, &make, varied.start(), between, &options)
             }
         };
-        found.and_then(judged)
+        // What was followed is kept, and judged, when the rest is broken off.
+        found.and_then(|branch| unobserved(|| judged(branch)))
     })?;
     let raised = raised.into_inner().ok().flatten();
     let (found, raised) = match (found, raised) {
