@@ -4,7 +4,6 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
@@ -25,8 +24,7 @@ fn branches(criterion: &mut Criterion) {
         ..ContinuationOptions::default()
     };
     let follow = || {
-        let go_on = &mut |_| ControlFlow::Continue(());
-        let branch = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &options, go_on);
+        let branch = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &options);
         branch.expect("a branch")
     };
     let count = follow().orbits.len();
@@ -52,17 +50,15 @@ fn branches(criterion: &mut Criterion) {
     group.finish();
 
     let stop_at = ContinuationOptions::default();
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let ended = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &stop_at, go_on);
+    let ended = continuation(orbit, Parameter::ForcingScale, (0.2, 5.0), &stop_at);
     let special = ended.expect("a branch").special;
     let of = |kind: SpecialKind| special.iter().find(|own| own.kind == kind).expect("it");
     let (fold, graze) = (of(SpecialKind::Fold), of(SpecialKind::Graze));
     let plane = [Parameter::Frequency, Parameter::ForcingScale];
     let curve = || {
-        let go_on = &mut |_| ControlFlow::Continue(());
         let own = CurveOf::Special(fold);
         let between = [(2.2, 3.4), (0.5, 2.0)];
-        bifurcation_curve(own, plane, between, &stop_at, go_on).expect("a curve")
+        bifurcation_curve(own, plane, between, &stop_at).expect("a curve")
     };
     let count = curve().x.len();
     criterion.bench_function(&format!("a curve of {count} folds"), |b| {
@@ -95,8 +91,7 @@ fn many_modes(criterion: &mut Criterion) {
             ..ContinuationOptions::default()
         };
         let follow = || {
-            let go_on = &mut |_| ControlFlow::Continue(());
-            let branch = continuation(orbit, Parameter::ForcingScale, (0.5, 2.0), &options, go_on);
+            let branch = continuation(orbit, Parameter::ForcingScale, (0.5, 2.0), &options);
             branch.expect("a branch")
         };
         let count = follow().orbits.len();
@@ -169,9 +164,8 @@ fn time_branch(criterion: &mut Criterion, name: &str, orbit: &PeriodicOrbit, ran
         ..ContinuationOptions::default()
     };
     let follow = || {
-        let go_on = &mut |_| ControlFlow::Continue(());
         let range = (range.0 * w, range.1 * w);
-        continuation(orbit, Parameter::Frequency, range, &options, go_on).expect("a branch")
+        continuation(orbit, Parameter::Frequency, range, &options).expect("a branch")
     };
     let count = follow().orbits.len();
     criterion.bench_function(&format!("{count} points {name}"), |b| {

@@ -5,7 +5,6 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::f64::consts::TAU;
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     Harmonic, Keep, LinearSystem, Scene, Side, SimulateOptions, Stop, SweepOptions, simulate,
@@ -245,10 +244,8 @@ fn by_hand(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("2000 trajectories of 50 periods");
     group.sample_size(10);
     group.bench_function("exact flights", |bencher| {
-        bencher.iter(|| {
-            let mut go_on = |_| ControlFlow::Continue(());
-            simulate_many(&scene, (&q, &v), (0.0, end), &options, sweep, &mut go_on).expect("valid")
-        });
+        bencher
+            .iter(|| simulate_many(&scene, (&q, &v), (0.0, end), &options, sweep).expect("valid"));
     });
     group.bench_function("by hand", |bencher| {
         let run = |(q, v)| own.run(black_box(q), black_box(v), end).0;

@@ -4,7 +4,6 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Harmonic, LinearSystem, OrbitDerivatives, PeriodicOrbit, Result, Scene, SimulateOptions, Stop,
@@ -87,9 +86,8 @@ fn optimised(orbit: &PeriodicOrbit) -> ([f64; 2], f64, usize) {
             x[0] - step * slope[0] / size,
             (x[1] - step * slope[1] / size).clamp(0.05, 0.95),
         ];
-        let go_on = &mut || ControlFlow::Continue(());
         count += 1;
-        match follow_orbit(&last, &beside, (&x, &next), go_on) {
+        match follow_orbit(&last, &beside, (&x, &next)) {
             Ok(found) if found.is_admissible() == Some(true) && value(&found) < value(&last) => {
                 (x, last, step) = (next, found, 1.5 * step);
             }

@@ -4,7 +4,6 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::time::Duration;
 use vibroimpact::{Axis, Kind, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene};
 
@@ -34,9 +33,7 @@ fn existence(criterion: &mut Criterion) {
         group.bench_function(label, |bencher| {
             bencher.iter(|| {
                 let options = SweepOptions { threads: Some(1) };
-                let go_on = &mut |_| ControlFlow::Continue(());
-                existence_map(black_box(&scene), &pattern, (&x, &y), 2, options, go_on)
-                    .expect("solved")
+                existence_map(black_box(&scene), &pattern, (&x, &y), 2, options).expect("solved")
             });
         });
     }

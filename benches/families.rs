@@ -3,7 +3,6 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Axis, DiagramOptions, Harmonic, Keep, LinearSystem, LyapunovOptions, Parameter, Scene,
@@ -39,10 +38,7 @@ fn families(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("diagram of 800 values");
     group.sample_size(10);
     group.bench_function("bifurcation_diagram", |b| {
-        b.iter(|| {
-            let go_on = &mut |_| ControlFlow::Continue(());
-            black_box(bifurcation_diagram(&scene, &axis, &options, go_on).expect("a diagram"))
-        });
+        b.iter(|| black_box(bifurcation_diagram(&scene, &axis, &options).expect("a diagram")));
     });
     group.bench_function("a loop of runs", |b| {
         b.iter(|| {

@@ -6,7 +6,6 @@
 //! stability, every cell of which agrees with the closed form. `bouncing_ball.py` draws it.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
     Axis, BaseMotion, LinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene,
@@ -107,7 +106,6 @@ fn check_map() -> Result<()> {
         (&accelerations, &restitutions),
         1,
         SweepOptions::default(),
-        &mut |_| ControlFlow::Continue(()),
     )?;
     for (j, &restitution) in map.y.iter().enumerate() {
         let (fold, flip) = stability_range(restitution);

@@ -8,7 +8,6 @@
 //! draws both.
 
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, Matrix4};
 use vibroimpact::{
     Axis, Harmonic, LinearSystem, OrbitOptions, Pattern, Result, Scene, Side, SimulateOptions,
@@ -156,14 +155,12 @@ fn print_map(scene: &Scene, both: &Pattern) -> Result<()> {
         "clearance".parse()?,
         (1..=12).rev().map(|j| 5e-4 * f64::from(j)),
     );
-    let go_on = &mut |_| ControlFlow::Continue(());
     let map = existence_map(
         scene,
         both,
         (&frequencies, &clearances),
         1,
         SweepOptions::default(),
-        go_on,
     )?;
     println!("clearance [mm]; to the right: forcing frequency, 2 to 8 Hz");
     for (j, clearance) in map.y.iter().enumerate() {

@@ -7,7 +7,6 @@
 //! `gear_rattle.py` draws them.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, dvector};
 use vibroimpact::{
     Axis, Forcing, Harmonic, LinearSystem, OrbitOptions, Pattern, Result, Scene, Side,
@@ -98,7 +97,6 @@ fn check_map(scene: &Scene) -> Result<()> {
         ),
         1,
         SweepOptions::default(),
-        &mut |_| ControlFlow::Continue(()),
     )?;
     for (i, &w) in map.x.iter().enumerate() {
         let motions: Vec<_> = launch_phases(w)

@@ -4,8 +4,6 @@
 //! one impact in each period followed down over the force, round the fold at F = 0.09997 to F = 0.1, where its impact has lost its
 //! speed; and what is born there, on which side, and whether it keeps the rules of contact. `grazing.py` draws it, and
 //! says what becomes of the motion beyond.
-
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
     ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern, Result,
@@ -27,8 +25,7 @@ fn main() -> Result<()> {
     )?;
     let (force, range) = (Parameter::ForcingScale, (0.05, 1.2));
     let options = ContinuationOptions::default();
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let branch = continuation(&orbits[0], force, range, &options, go_on)?;
+    let branch = continuation(&orbits[0], force, range, &options)?;
     for special in &branch.special {
         println!(
             "{:<12} at F = {:.12}",
@@ -61,7 +58,7 @@ fn main() -> Result<()> {
     let scene = fold.orbit.scene();
     let scale = |factor: f64| factor / fold.parameter;
     let between = [(0.7, 1.3), (scale(0.01), scale(1.0))];
-    let curve = bifurcation_curve(CurveOf::Special(fold), plane, between, &options, go_on)?;
+    let curve = bifurcation_curve(CurveOf::Special(fold), plane, between, &options)?;
     let least = curve.y.iter().copied().fold(f64::INFINITY, f64::min) * fold.parameter;
     println!(
         "\nthe fold over the frequency: {} points, down to F = {least:.6}; the scene of the branch has {} stop",

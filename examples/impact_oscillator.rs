@@ -3,8 +3,6 @@
 //! `x'' + 0.1 x' + x = F cos 2.4 t` with a stop at x = 1 and restitution 0.8. You will see where its bifurcation diagram changes beside the
 //! closed forms of the graze and of the doubling, the Lyapunov exponents of its chaos at F = 5 with their errors, and how large the basins
 //! of the two orbits are that attract at F = 9. `impact_oscillator.py` draws them.
-
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
     Attraction, AttractorOptions, Axis, BasinOptions, DiagramOptions, Direction, Harmonic, Label,
@@ -27,7 +25,6 @@ fn oscillator(force: f64) -> Result<Scene> {
 }
 
 fn main() -> Result<()> {
-    let mut go_on = |_| ControlFlow::Continue(());
     let step = 0.05;
     let forces: Vec<f64> = (0..=120).map(|k| 4.0 + step * f64::from(k)).collect();
     let axis = Axis::new(Parameter::ForcingScale, forces);
@@ -36,7 +33,7 @@ fn main() -> Result<()> {
         section: Section::Impacts(vec![0]),
         ..DiagramOptions::default()
     };
-    let diagram = bifurcation_diagram(&oscillator(1.0)?, &axis, &options, &mut go_on)?;
+    let diagram = bifurcation_diagram(&oscillator(1.0)?, &axis, &options)?;
     let values = || (0..diagram.parameter.len()).map(|k| (k, diagram.parameter[k]));
     let hit = values().filter(|&(k, _)| diagram.is_up[k] && diagram.n_impacts[k] > 0);
     let hit = hit.map(|(_, force)| force).fold(f64::INFINITY, f64::min);
@@ -74,23 +71,10 @@ fn main() -> Result<()> {
         }
     });
     let seeds = states.select_rows(&(0..states.nrows()).step_by(17).collect::<Vec<_>>());
-    let found = find_attractors(
-        &scene,
-        &around,
-        &seeds,
-        &AttractorOptions::default(),
-        &mut go_on,
-    )?;
+    let found = find_attractors(&scene, &around, &seeds, &AttractorOptions::default())?;
     let phases = vec![0.0; states.nrows()];
     let options = BasinOptions::default();
-    let cells = basin_cells(
-        &scene,
-        &found.all,
-        &around,
-        (&states, &phases),
-        &options,
-        &mut go_on,
-    )?;
+    let cells = basin_cells(&scene, &found.all, &around, (&states, &phases), &options)?;
     assert_eq!(found.all.len(), 2);
     for (k, one) in found.all.iter().enumerate() {
         let label = Label::Attractor(k);

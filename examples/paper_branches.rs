@@ -3,8 +3,6 @@
 //! For kinds 2 and 3, the upper or the lower pendulum hitting a wall, the paper's orbit is followed over the clearance; each special point of
 //! that branch, a fold, a period doubling, a touch, an impact without speed, is then followed as a curve over frequency and clearance. Kind 1
 //! asks two stops for one instant and is a curve itself. `paper_branches.py` maps the plane too, and draws both.
-
-use std::ops::ControlFlow;
 use vibroimpact::{
     BifurcationCurve, Constraint, ContinuationOptions, CurveOf, FreeParameter, Kind, OrbitOptions,
     PaperOptions, Parameter, Pattern, PeriodicOrbit, Result, SpecialKind, bifurcation_curve,
@@ -18,9 +16,6 @@ const RANGES: [(f64, f64); 2] = [(1.3, 1.7), (0.05, 0.8)];
 const FREQUENCY: f64 = 1.5;
 
 /// Goes on.
-fn go_on(_: f64) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
 
 /// The paper's orbit of a kind.
 fn orbit_of(kind: Kind) -> Result<PeriodicOrbit> {
@@ -59,16 +54,10 @@ fn main() -> Result<()> {
     for (number, kind) in [(2, Kind::Two), (3, Kind::Three)] {
         println!("kind {number}");
         let orbit = orbit_of(kind)?;
-        let branch = continuation(&orbit, plane[1], RANGES[1], &options, &mut go_on)?;
+        let branch = continuation(&orbit, plane[1], RANGES[1], &options)?;
         for special in &branch.special {
             // Tori, crossings and the ends of lasting contact have no curve; the paper's motions have none of them here.
-            let curve = bifurcation_curve(
-                CurveOf::Special(special),
-                plane,
-                RANGES,
-                &options,
-                &mut go_on,
-            )?;
+            let curve = bifurcation_curve(CurveOf::Special(special), plane, RANGES, &options)?;
             show(special.kind.name(), &curve);
         }
         assert!(
@@ -91,14 +80,7 @@ fn main() -> Result<()> {
     };
     let start = [FREQUENCY, wall.clearance()];
     let ranges = [(1.2, 1.8), (0.3, 1.5)];
-    let curve = bifurcation_curve_of(
-        CurveOf::Orbit(&orbit),
-        &make,
-        start,
-        ranges,
-        &options,
-        &mut go_on,
-    )?;
+    let curve = bifurcation_curve_of(CurveOf::Orbit(&orbit), &make, start, ranges, &options)?;
     show("stops together", &curve);
     let kept = curve
         .orbits

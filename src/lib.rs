@@ -49,6 +49,7 @@ pub use impact::*;
 pub use modal::{Modes, Spectrum, modes, spectrum};
 pub use model::*;
 pub use nalgebra;
+pub use observer::with_observer;
 pub use orbit::*;
 pub use section::*;
 pub use simulate::*;

@@ -86,6 +86,15 @@ pub(crate) fn finite(argument: &str, value: f64) -> Result<f64> {
     }
 }
 
+/// A count that is not zero, or an error that names the argument.
+pub(crate) fn at_least_one(argument: &str, count: usize) -> Result<()> {
+    if count > 0 {
+        Ok(())
+    } else {
+        Err(Error::bad_value(argument, count, "it must be at least 1"))
+    }
+}
+
 /// A finite number above zero, or an error that names the argument.
 pub(crate) fn positive(argument: &str, value: f64) -> Result<f64> {
     if value.is_finite() && value > 0.0 {

@@ -7,13 +7,14 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use std::cell::Cell;
 use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
     ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
     Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions, Trajectory,
     Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix,
-    simulate, simulate_observed,
+    simulate, with_observer,
 };
 
 fn config() -> ProptestConfig {
@@ -500,27 +501,25 @@ proptest! {
             };
             let (q, v) = (fitted(&q), fitted(&v));
             // Runs that would take more than so many steps are broken off.
-            let mut checks = 0;
-            let mut few = |_| {
-                checks += 1;
-                if checks > 400 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let few = || {
+                let checks = Cell::new(0);
+                move |_| {
+                    checks.set(checks.get() + 1);
+                    if checks.get() > 400 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                }
             };
             let hostile_options = SimulateOptions { solver: Solver { rtol: tolerances.0, atol: Some(tolerances.1), ..Solver::default() }, t_eval, max_impacts: Some(200), ..Default::default() };
             let end = start + span;
-            if let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &hostile_options, &mut few) {
+            let run = || simulate(&scene, &q, &v, (start, end), &hostile_options);
+            if let Ok(run) = with_observer(few(), run) {
                 let (q, v) = run.last();
                 prop_assert!(is_finite(q) && is_finite(v), "{}", run.message());
             }
-            checks = 0;
-            let mut few = |_| {
-                checks += 1;
-                if checks > 400 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            };
             let options = SimulateOptions { max_impacts: Some(200), ..Default::default() };
             let is_slow = q.iter().chain(&v).all(|x| x.abs() < 1e3) && start.abs() < 1e3;
             if is_moderate(&scene)
                 && is_slow
-                && let Ok(run) = simulate_observed(&scene, &q, &v, (start, end), &options, &mut few)
+                && let Ok(run) = with_observer(few(), || simulate(&scene, &q, &v, (start, end), &options))
             {
                 check_trajectory(&scene, &run);
             }
@@ -577,7 +576,7 @@ proptest! {
             if !is_short {
                 return Ok(());
             }
-            let map = existence_map(&scene, &pattern, (&x, &y), n_periods, SweepOptions::default(), &mut |_| ControlFlow::Continue(()));
+            let map = existence_map(&scene, &pattern, (&x, &y), n_periods, SweepOptions::default());
             if let Ok(map) = map && is_moderate(&scene) {
                 for (j, &b) in map.y.iter().enumerate() {
                     for (i, &a) in map.x.iter().enumerate() {

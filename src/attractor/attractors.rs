@@ -9,14 +9,11 @@ use crate::attractor::options::AttractorOptions;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use crate::observer::ObserverFn;
-use crate::quantity::finite;
+use crate::observer::{ProgressRange, report};
+use crate::quantity::{at_least_one, finite};
 use crate::section::wait;
-use crate::simulate::Keep;
-use crate::sweep::Progress;
 use crate::sweep::tiles::fill;
 use nalgebra::DMatrix;
-use std::ops::ControlFlow;
 
 /// Starts that are followed independently of each other at one time, on several threads; those after them know the orbits that these have
 /// led to, so that a motion near a known orbit needs no search. The result does not depend on it. [work]
@@ -25,7 +22,8 @@ const SEEDS_SIDE_BY_SIDE: usize = 16;
 /// Finds what the motions of a scene settle on, from many starts. The states are rows, shape (k, 2n): each start is followed
 /// until it repeats itself and an orbit is found where it does, or its exponents say what it is.
 ///
-/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+/// The observer of the calling thread ([`with_observer`](crate::with_observer)) is told from time to time and at the end; breaking off stops
+/// every thread.
 ///
 /// # Errors
 /// A scene without a forcing period; states that do not fit or are not finite; a period of zero to look for; as
@@ -36,7 +34,6 @@ const SEEDS_SIDE_BY_SIDE: usize = 16;
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{AttractorKind, AttractorOptions, Harmonic, LinearSystem, Scene, StateBox, Stop, find_attractors};
 /// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
@@ -44,8 +41,7 @@ const SEEDS_SIDE_BY_SIDE: usize = 16;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let around = StateBox::new(dvector![-3.0, -5.0], dvector![1.0, 5.0])?;
 /// let seeds = dmatrix![0.0, 0.0; -1.0, 2.0; 0.5, -3.0];
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let found = find_attractors(&scene, &around, &seeds, &AttractorOptions::default(), go_on)?;
+/// let found = find_attractors(&scene, &around, &seeds, &AttractorOptions::default())?;
 /// assert!(found.all.iter().all(|one| one.kind == AttractorKind::Periodic && one.orbit.is_some()));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -54,14 +50,9 @@ pub fn find_attractors(
     around: &StateBox,
     seeds: &DMatrix<f64>,
     options: &AttractorOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Attractors> {
-    let found = settle_seeds(scene, around, seeds, options, observer)?;
-    let whole = Progress {
-        done: found.len(),
-        total: found.len(),
-    };
-    gathered_seeds(scene, around, &found, options, &mut || observer(whole))
+    let found = settle_seeds(scene, around, seeds, options)?;
+    gathered_seeds(scene, around, &found, options)
 }
 
 /// The list of attractors that the outcomes of seeds make, asking from time to time whether to go on.
@@ -70,9 +61,10 @@ pub(crate) fn gathered_seeds(
     around: &StateBox,
     found: &[SeedOutcome],
     options: &AttractorOptions,
-    go_on: ObserverFn<'_>,
 ) -> Result<Attractors> {
-    gathered(&search(scene, around, options)?, found, go_on)
+    let _range = ProgressRange::over(0.0, 1.0);
+    report(1.0)?;
+    gathered(&search(scene, around, options)?, found)
 }
 
 /// The search in a scene, with no orbit known yet.
@@ -101,7 +93,6 @@ pub(crate) fn settle_seeds(
     around: &StateBox,
     seeds: &DMatrix<f64>,
     options: &AttractorOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<SeedOutcome>> {
     let n = scene.n_dof();
     around.check(n)?;
@@ -119,32 +110,21 @@ pub(crate) fn settle_seeds(
         ));
     }
     finite("phase", options.phase)?;
-    options.run(Keep::Final).check((0.0, 0.0))?;
-    if options.longest_period == 0 {
-        return Err(Error::bad_value(
-            "longest_period",
-            0,
-            "it must be at least 1",
-        ));
-    }
+    options.solver.check()?;
+    at_least_one("longest_period", options.longest_period)?;
     let mut search = search(scene, around, options)?;
     let total = seeds.nrows();
     let mut found = vec![SeedOutcome::Undecided; total];
     for (k, part) in found.chunks_mut(SEEDS_SIDE_BY_SIDE).enumerate() {
         let first = k * SEEDS_SIDE_BY_SIDE;
-        let work = |(): &mut (), i: usize, go_on: ObserverFn<'_>| {
+        let work = |(): &mut (), i: usize| {
             let row = seeds.row(first + i);
             let half = |from: usize| row.columns(from, n).transpose();
-            let settled = search.settle(&(half(0), half(n)), go_on);
+            let settled = search.settle(&(half(0), half(n)));
             settled.map_err(|error| error.at(format_args!("seeds[{}]", first + i)))
         };
-        let watch = &mut |Progress { done, .. }| {
-            observer(Progress {
-                done: first + done,
-                total,
-            })
-        };
-        fill(part, 1, options.sweep, || Ok(()), work, watch)?;
+        let _range = ProgressRange::over(-(first as f64), (total - first) as f64);
+        fill(part, 1, options.sweep, || Ok(()), work)?;
         for own in part {
             if let SeedOutcome::Attractor(own) = own
                 && (own.orbit.is_some() || own.reason == TURNS)

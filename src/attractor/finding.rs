@@ -11,11 +11,10 @@ use crate::attractor::options::AttractorOptions;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
-use crate::observer::ObserverFn;
-use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit_observed};
+use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit};
 use crate::recurrence::{Measure, are_one_cycle, least_period};
 use crate::section::{Motion, Section, Sectioned, Settled, points_of, settled};
-use crate::simulate::{Keep, Status, Trajectory, simulate_observed};
+use crate::simulate::{Keep, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_SOUGHT_PERIODS, LEFT_BOX, NEUTRAL_MULTIPLIER, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -90,9 +89,9 @@ impl AttractorSearch<'_> {
     }
 
     /// What the motion from a state settles on.
-    pub fn settle(&self, state: &PhysicalState, go_on: ObserverFn<'_>) -> Result<SeedOutcome> {
+    pub fn settle(&self, state: &PhysicalState) -> Result<SeedOutcome> {
         let periods = self.options.transient;
-        let run = self.run(state, 0, periods, Keep::Final, go_on);
+        let run = self.run(state, 0, periods, Keep::Final);
         let mut run = match run {
             Err(error) if error.is_about("q0") => return Ok(SeedOutcome::Inside),
             run => run?,
@@ -107,13 +106,13 @@ impl AttractorSearch<'_> {
         let least = 3 * looked_for + 4;
         loop {
             if self.is_far(&run) {
-                return self.far_away(&run, done, go_on);
+                return self.far_away(&run, done);
             }
             if run.status() != Status::Finished {
                 return Ok(SeedOutcome::Undecided);
             }
             if done >= limit {
-                let (found, longer) = self.by_exponents(&run, done, &reason, go_on)?;
+                let (found, longer) = self.by_exponents(&run, done, &reason)?;
                 if is_told || longer == 0 {
                     return Ok(found);
                 }
@@ -122,7 +121,7 @@ impl AttractorSearch<'_> {
             }
             // A window holds three of the longest period that is sought, as far as the limit allows.
             let window = (3 * looked_for + 4).min((limit - done).max(least));
-            run = self.run(&owned(&run), done, window, Keep::Motion, go_on)?;
+            run = self.run(&owned(&run), done, window, Keep::Motion)?;
             done += window;
             if run.status() != Status::Finished {
                 continue;
@@ -147,7 +146,7 @@ impl AttractorSearch<'_> {
                 has_turned = now.n_periods;
                 continue;
             }
-            match self.closed(&run, &now, go_on) {
+            match self.closed(&run, &now) {
                 Ok(Some(closed)) => return Ok(attractor(closed)),
                 // The orbit is another or still too far away: the next window tries again.
                 Ok(None) => {}
@@ -168,14 +167,9 @@ impl AttractorSearch<'_> {
     }
 
     /// The outcome of a motion far from the box: it drifts if it repeats itself but for an advance.
-    fn far_away(
-        &self,
-        run: &Trajectory,
-        done: usize,
-        go_on: ObserverFn<'_>,
-    ) -> Result<SeedOutcome> {
+    fn far_away(&self, run: &Trajectory, done: usize) -> Result<SeedOutcome> {
         let window = 3 * self.options.longest_period.min(FIRST_SOUGHT_PERIODS) + 4;
-        let run = match self.run(&owned(run), done, window, Keep::Motion, go_on) {
+        let run = match self.run(&owned(run), done, window, Keep::Motion) {
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             // It overflows.
             Err(_) => return Ok(SeedOutcome::Lost),
@@ -197,12 +191,11 @@ impl AttractorSearch<'_> {
         first: usize,
         periods: usize,
         keep: Keep,
-        go_on: ObserverFn<'_>,
     ) -> Result<Trajectory> {
         let options = self.options.run(keep);
         let time = |periods: usize| self.start + self.period * periods as f64;
         let span = (time(first), time(first + periods));
-        simulate_observed(self.scene, q, v, span, &options, &mut |_| go_on())
+        simulate(self.scene, q, v, span, &options)
     }
 
     /// Whether a motion has left the surroundings of the box.
@@ -249,21 +242,16 @@ impl AttractorSearch<'_> {
     /// The orbit that a motion is near, closed by Newton's method; none where that is another orbit, or an unstable one. The motion repeats
     /// itself after `now.n_periods`; the orbit may have a divisor of them as its period, since a motion that approaches it slowly repeats
     /// itself after several rounds first.
-    pub(super) fn closed(
-        &self,
-        run: &Trajectory,
-        now: &Settled,
-        go_on: ObserverFn<'_>,
-    ) -> Result<Option<Attractor>> {
+    pub(super) fn closed(&self, run: &Trajectory, now: &Settled) -> Result<Option<Attractor>> {
         let n = now.n_periods;
         for fewer in (1..n).filter(|&fewer| n.is_multiple_of(fewer)) {
-            match self.closed_after(fewer, run, now, go_on) {
+            match self.closed_after(fewer, run, now) {
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Ok(Some(found)) => return Ok(Some(found)),
                 _ => {}
             }
         }
-        self.closed_after(n, run, now, go_on)
+        self.closed_after(n, run, now)
     }
 
     /// [`Self::closed`] for an orbit of so many periods.
@@ -272,15 +260,14 @@ impl AttractorSearch<'_> {
         n_periods: usize,
         run: &Trajectory,
         now: &Settled,
-        go_on: ObserverFn<'_>,
     ) -> Result<Option<Attractor>> {
         let quiet = |orbit: &PeriodicOrbit| quiet_points(self.scene, orbit, self.options.phase);
-        let mut orbit = find_orbit_observed(self.scene, run, Some(n_periods), go_on)?;
+        let mut orbit = find_orbit(self.scene, run, Some(n_periods))?;
         let round = least_period(&quiet(&orbit).0, &self.measure());
         if round < orbit.n_periods() {
-            orbit = find_orbit_observed(self.scene, run, Some(round), go_on)?;
+            orbit = find_orbit(self.scene, run, Some(round))?;
         }
-        let stability = orbit.stability_observed(go_on)?;
+        let stability = orbit.stability()?;
         if stability.is_stable == Some(false) {
             return Ok(None);
         }

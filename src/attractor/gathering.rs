@@ -9,9 +9,8 @@ use crate::attractor::list::Attractors;
 use crate::attractor::one::Attractor;
 use crate::error::Result;
 use crate::model::PhysicalState;
-use crate::observer::ObserverFn;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
-use crate::simulate::{Keep, SimulateOptions, Status, simulate_observed};
+use crate::simulate::{Keep, SimulateOptions, Status, simulate};
 use crate::tolerance::{MOST_SET_DOUBLINGS, ORBIT_CHECK_STATES, SET_DOUBLINGS_APART, SET_STATES};
 use nalgebra::DMatrix;
 
@@ -25,11 +24,7 @@ struct Group {
 }
 
 /// The attractors among the outcomes of seeds, the one that most seeds led to first.
-pub(super) fn gathered(
-    search: &AttractorSearch<'_>,
-    found: &[SeedOutcome],
-    go_on: ObserverFn<'_>,
-) -> Result<Attractors> {
+pub(super) fn gathered(search: &AttractorSearch<'_>, found: &[SeedOutcome]) -> Result<Attractors> {
     let measure = search.measure();
     let mut groups: Vec<Group> = Vec::new();
     for (i, own) in found.iter().enumerate() {
@@ -47,7 +42,7 @@ pub(super) fn gathered(
     for group in &mut groups {
         group.one = standing(group, found);
     }
-    let mut groups = merged(search, groups, go_on)?;
+    let mut groups = merged(search, groups)?;
     for (i, own) in found.iter().enumerate() {
         // Its own exponents leave it undecided; those of another motion on the same set decide.
         if let SeedOutcome::Unclear(states) = own {
@@ -100,26 +95,17 @@ fn standing(group: &Group, found: &[SeedOutcome]) -> Attractor {
 
 /// Merges groups whose sets are one by the states of motions that are carried on; the largest group first. A motion that leaves its set
 /// while it is carried on was on a transient: it joins the group of the attractor that it settles on then.
-fn merged(
-    search: &AttractorSearch<'_>,
-    mut groups: Vec<Group>,
-    go_on: ObserverFn<'_>,
-) -> Result<Vec<Group>> {
+fn merged(search: &AttractorSearch<'_>, mut groups: Vec<Group>) -> Result<Vec<Group>> {
     groups.sort_by_key(|group| std::cmp::Reverse(group.members.len()));
     let (mut kept, sets): (Vec<Group>, Vec<Group>) =
         groups.into_iter().partition(|group| group.one.is_cycle());
     'sets: for mut own in sets {
-        if !carry_on(
-            search,
-            &mut own.states,
-            SET_STATES << SET_DOUBLINGS_APART,
-            go_on,
-        )? {
-            settle_again(search, &mut kept, own, go_on)?;
+        if !carry_on(search, &mut own.states, SET_STATES << SET_DOUBLINGS_APART)? {
+            settle_again(search, &mut kept, own)?;
             continue;
         }
         for other in kept.iter_mut().filter(|other| !other.one.is_cycle()) {
-            match carried_on_and_compared(search, other, &mut own, go_on)? {
+            match carried_on_and_compared(search, other, &mut own)? {
                 Relation::One => {
                     other.members.append(&mut own.members);
                     if own.one.kind == AttractorKind::Periodic {
@@ -129,7 +115,7 @@ fn merged(
                 }
                 Relation::Apart => {}
                 Relation::Left => {
-                    settle_again(search, &mut kept, own, go_on)?;
+                    settle_again(search, &mut kept, own)?;
                     continue 'sets;
                 }
             }
@@ -152,16 +138,15 @@ fn carried_on_and_compared(
     search: &AttractorSearch<'_>,
     other: &mut Group,
     own: &mut Group,
-    go_on: ObserverFn<'_>,
 ) -> Result<Relation> {
     let measure = search.measure();
     let mut relation = Relation::Apart;
     for doubled in 0..=MOST_SET_DOUBLINGS {
         let count = SET_STATES << doubled;
-        if !carry_on(search, &mut own.states, count, go_on)? {
+        if !carry_on(search, &mut own.states, count)? {
             return Ok(Relation::Left);
         }
-        if !carry_on(search, &mut other.states, count, go_on)? {
+        if !carry_on(search, &mut other.states, count)? {
             return Ok(Relation::Apart);
         }
         relation = match compared(&own.states, &other.states, &measure) {
@@ -184,12 +169,7 @@ fn carried_on_and_compared(
 }
 
 /// Carries a motion on until it has so many states; whether it is still on a set, having neither ended nor come to an orbit.
-fn carry_on(
-    search: &AttractorSearch<'_>,
-    states: &mut DMatrix<f64>,
-    count: usize,
-    go_on: ObserverFn<'_>,
-) -> Result<bool> {
+fn carry_on(search: &AttractorSearch<'_>, states: &mut DMatrix<f64>, count: usize) -> Result<bool> {
     let had = states.nrows();
     if had >= count {
         return Ok(true);
@@ -202,7 +182,7 @@ fn carry_on(
     };
     let (q, v) = last_of(states);
     let span = (time(0), time(more));
-    let run = simulate_observed(search.scene, &q, &v, span, &sampled, &mut |_| go_on())?;
+    let run = simulate(search.scene, &q, &v, span, &sampled)?;
     if run.status() != Status::Finished {
         return Ok(false);
     }
@@ -232,13 +212,8 @@ fn last_of(states: &DMatrix<f64>) -> PhysicalState {
 }
 
 /// Puts the members of a group whose motion has left its set into the group of the attractor that it settles on.
-fn settle_again(
-    search: &AttractorSearch<'_>,
-    groups: &mut Vec<Group>,
-    left: Group,
-    go_on: ObserverFn<'_>,
-) -> Result<()> {
-    if let SeedOutcome::Attractor(own) = search.settle(&last_of(&left.states), go_on)? {
+fn settle_again(search: &AttractorSearch<'_>, groups: &mut Vec<Group>, left: Group) -> Result<()> {
+    if let SeedOutcome::Attractor(own) = search.settle(&last_of(&left.states))? {
         match place(search, groups, &own)? {
             Some(k) => groups[k].members.extend(left.members),
             None => groups.push(Group {

@@ -9,7 +9,6 @@ use crate::attractor::finding::{AttractorSearch, owned};
 use crate::error::Result;
 use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
-use crate::observer::ObserverFn;
 use crate::simulate::{ImpactSide, Keep, Status, Trajectory};
 use crate::tolerance::SAME_STATE;
 use nalgebra::DMatrix;
@@ -33,12 +32,11 @@ impl AttractorSearch<'_> {
         &self,
         state: &PhysicalState,
         (done, periods): (usize, usize),
-        go_on: ObserverFn<'_>,
     ) -> Result<Option<usize>> {
         let mut releases: Vec<StickEnd> = Vec::new();
         let mut state = state.clone();
         for k in 0..MOST_REST_SPANS {
-            let run = self.run(&state, done + k * periods, periods, Keep::Motion, go_on)?;
+            let run = self.run(&state, done + k * periods, periods, Keep::Motion)?;
             if run.status() != Status::Finished {
                 return Ok(None);
             }

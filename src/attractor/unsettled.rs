@@ -7,12 +7,11 @@ use crate::attractor::finding::{AttractorSearch, SeedOutcome, attractor, owned};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::one::Attractor;
 use crate::error::{Error, Result};
-use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents_observed};
+use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents};
 use crate::model::PhysicalState;
-use crate::observer::ObserverFn;
 use crate::orbit::Pattern;
 use crate::recurrence::{comes_back, repeats_after};
-use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::SET_STATES;
 use nalgebra::DMatrix;
 
@@ -33,7 +32,6 @@ impl AttractorSearch<'_> {
         run: &Trajectory,
         done: usize,
         reason: &str,
-        go_on: ObserverFn<'_>,
     ) -> Result<(SeedOutcome, usize)> {
         let (q, v) = run.last();
         let time = |periods: usize| self.start + self.period * (done + periods) as f64;
@@ -43,21 +41,20 @@ impl AttractorSearch<'_> {
             solver: self.options.solver,
             ..LyapunovOptions::default()
         };
-        let found =
-            lyapunov_exponents_observed(self.scene, q, v, span, &options, &mut |_| go_on())?;
+        let found = lyapunov_exponents(self.scene, q, v, span, &options)?;
         // An angle that advances by the same in each period goes round a torus: only positions drift.
         let has_angles = self.around.turns().iter().any(|turn| *turn > 0.0);
         if found.verdict == Attraction::Drift && !has_angles {
             return Ok((SeedOutcome::Drifting, 0));
         }
-        let Some(points) = self.strobed(run, (done, periods), go_on)? else {
+        let Some(points) = self.strobed(run, (done, periods))? else {
             return Ok((SeedOutcome::Undecided, 0));
         };
         // After a chaotic transient, or with a long period, it may repeat itself by now.
         let long = repeats_after(&points, &self.measure(), SET_STATES / 2);
         if long > 0 {
             let state = (q.clone(), v.clone());
-            return self.long_round((done, periods, long), &state, go_on);
+            return self.long_round((done, periods, long), &state);
         }
         let set = |kind: AttractorKind, points: DMatrix<f64>, n_periods: usize, reason: String| {
             attractor(Attractor {
@@ -89,7 +86,7 @@ impl AttractorSearch<'_> {
                     let longer = if is_near { longer as usize } else { 0 };
                     return Ok((SeedOutcome::Unclear(points), longer));
                 }
-                let rests = self.between_rests(&(q.clone(), v.clone()), (done, periods), go_on)?;
+                let rests = self.between_rests(&(q.clone(), v.clone()), (done, periods))?;
                 Ok(match rests {
                     None => (SeedOutcome::Unclear(points), 0),
                     Some(n_periods) => {
@@ -117,7 +114,6 @@ impl AttractorSearch<'_> {
         &self,
         run: &Trajectory,
         (done, periods): (usize, usize),
-        go_on: ObserverFn<'_>,
     ) -> Result<Option<DMatrix<f64>>> {
         let time = |periods: usize| self.start + self.period * (done + periods) as f64;
         let sampled = SimulateOptions {
@@ -126,7 +122,7 @@ impl AttractorSearch<'_> {
         };
         let (q, v) = run.last();
         let span = (time(0), time(periods));
-        let kept = simulate_observed(self.scene, q, v, span, &sampled, &mut |_| go_on())?;
+        let kept = simulate(self.scene, q, v, span, &sampled)?;
         if kept.status() != Status::Finished {
             return Ok(None);
         }
@@ -144,16 +140,15 @@ impl AttractorSearch<'_> {
         &self,
         (done, periods, long): (usize, usize, usize),
         state: &PhysicalState,
-        go_on: ObserverFn<'_>,
     ) -> Result<(SeedOutcome, usize)> {
-        let there = self.run(state, done, periods, Keep::Final, go_on)?;
+        let there = self.run(state, done, periods, Keep::Final)?;
         let window = 3 * long + 4;
-        let run = self.run(&owned(&there), done + periods, window, Keep::Motion, go_on)?;
+        let run = self.run(&owned(&there), done + periods, window, Keep::Motion)?;
         let now = self.settled(&run, long)?;
         if now.n_periods == 0 {
             return Ok((SeedOutcome::Undecided, periods));
         }
-        match self.closed(&run, &now, go_on) {
+        match self.closed(&run, &now) {
             Ok(Some(closed)) => Ok((attractor(closed), 0)),
             Ok(None) => Ok((SeedOutcome::Undecided, periods)),
             Err(Error::Interrupted) => Err(Error::Interrupted),

@@ -8,7 +8,6 @@ use crate::basin::targets::{ProximityCounter, Targets};
 use crate::error::Failure;
 use crate::flow::steps::State;
 use crate::model::{Dynamics, PhysicalState};
-use crate::observer::ObserverFn;
 use crate::simulate::{Batch, Done, Status};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -62,11 +61,10 @@ impl<'t> Tile<'t> {
     pub fn label<S: State, D: Dynamics, const K: usize>(
         self,
         [first, later]: &mut [Batch<'_, S, D, K>; 2],
-        go_on: ObserverFn<'_>,
     ) -> Result<(), Failure> {
         let tile = RefCell::new(self);
-        Self::follow(&tile, first, false, go_on)?;
-        Self::follow(&tile, later, true, go_on)
+        Self::follow(&tile, first, false)?;
+        Self::follow(&tile, later, true)
     }
 
     /// Runs all open points, once or until none is open.
@@ -74,7 +72,6 @@ impl<'t> Tile<'t> {
         tile: &RefCell<Self>,
         batch: &mut Batch<'_, S, D, K>,
         goes_on: bool,
-        go_on: ObserverFn<'_>,
     ) -> Result<(), Failure> {
         let put = &mut |i: usize, done: Option<Done>| {
             let mut tile = tile.borrow_mut();
@@ -92,7 +89,7 @@ impl<'t> Tile<'t> {
             }
             let next = std::iter::from_fn(|| tile.borrow_mut().waiting.pop_front());
             let start = |i: usize| tile.borrow().points[i].state.clone();
-            match batch.run(next, start, go_on, put) {
+            match batch.run(next, start, put) {
                 // It has grown beyond the doubles; the others go on.
                 Err((i, error)) if error.is_about("t_span") => {
                     tile.borrow_mut().close(i, Label::Lost);

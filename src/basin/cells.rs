@@ -12,15 +12,15 @@ use crate::flow::registers;
 use crate::flow::steps::State;
 use crate::hybrid::AnyLoop;
 use crate::model::{Dynamics, PhysicalState, Scene};
-use crate::observer::ObserverFn;
+use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::finite;
 use crate::section::wait;
 use crate::simulate::{
     Batch, Keep, Run, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, Solver, visit_runs,
 };
+use crate::sweep::SweepOptions;
 use crate::sweep::tiles::{fill, fill_tiles};
-use crate::sweep::{Progress, SweepOptions};
 use nalgebra::DMatrix;
 use std::any::Any;
 use std::ops::ControlFlow;
@@ -73,7 +73,8 @@ pub struct BasinCells {
 /// `(k,)`: to which of some attractors, whose points are at the phase of the options. A motion is on one if it follows it, within a part of
 /// the box and of the distance to the others, for some periods.
 ///
-/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+/// The observer of the calling thread ([`with_observer`](crate::with_observer)) is told from time to time and at the end; breaking off stops
+/// every thread.
 ///
 /// # Errors
 /// A scene without a forcing period; states, phases or attractors that do not fit or are not finite; as [`simulate`](crate::simulate()).
@@ -86,7 +87,6 @@ pub fn basin_cells(
     around: &StateBox,
     (states, phases): (&DMatrix<f64>, &[f64]),
     options: &BasinOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<BasinCells> {
     let width = 2 * scene.n_dof();
     let shape = |argument: &str, found: (usize, usize), wanted: String| {
@@ -124,7 +124,7 @@ pub fn basin_cells(
         return Err(Error::bad_value("scene", "without a forcing period", rule));
     };
     let run = SimulateOptions::by(options.solver, Keep::Final);
-    run.check((0.0, 0.0))?;
+    options.solver.check()?;
     let phase = finite("phase", options.phase)?;
     let targets = Targets::new(scene, attractors, around, phase, options.hits, &run)?;
     let mut found = vec![(Label::Undecided, 0); states.nrows()];
@@ -135,8 +135,8 @@ pub fn basin_cells(
         period,
         options,
         found: &mut found,
-        observer,
     };
+    let _range = ProgressRange::over(0.0, states.nrows() as f64);
     visit_runs(scene, &run, cells)?;
     let (labels, iterations) = found.into_iter().unzip();
     Ok(BasinCells { labels, iterations })
@@ -150,7 +150,6 @@ struct Cells<'s> {
     period: f64,
     options: &'s BasinOptions,
     found: &'s mut [(Label, usize)],
-    observer: &'s mut dyn FnMut(Progress) -> ControlFlow<()>,
 }
 
 impl RunVisitor for Cells<'_> {
@@ -170,11 +169,10 @@ impl RunVisitor for Cells<'_> {
             period,
             options,
             found,
-            observer,
         } = self;
         let n = scene.n_dof();
         let own_phase = scene.phase();
-        let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
+        let work = |run: &mut Run<'a, M>, i: usize| {
             let row = states.row(i);
             let part = |first: usize| row.columns(first, n).transpose();
             let start: f64 = wait(period, own_phase, phases[i]);
@@ -196,7 +194,6 @@ impl RunVisitor for Cells<'_> {
                 (&part(0), &part(n)),
                 (start, end),
                 (Box::new(labeller), PERIODS_AT_ONCE * period),
-                &mut |_| go_on(),
             );
             match done {
                 Err(error) if error.is_about("q0") => Ok((Label::Inside, 0)),
@@ -210,14 +207,7 @@ impl RunVisitor for Cells<'_> {
                 }
             }
         };
-        fill(
-            found,
-            BASIN_TILE,
-            options.sweep,
-            || Ok(make()),
-            work,
-            observer,
-        )
+        fill(found, BASIN_TILE, options.sweep, || Ok(make()), work)
     }
 
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
@@ -254,34 +244,24 @@ impl Cells<'_> {
             period,
             options,
             found,
-            observer,
         } = self;
         let n = scene.n_dof();
         let start = wait(period, scene.phase(), phase);
         let first = start + wait(period, phase, targets.phase);
         let spans = [(start, first), (first, first + period)];
         let together = || Ok(spans.map(|span| Batch::<S, D, K>::new(&make, span)));
-        let work = |batches: &mut [Batch<'a, S, D, K>; 2],
-                    from: usize,
-                    slots: &mut [(Label, usize)],
-                    go_on: ObserverFn<'_>| {
-            let part = |i: usize, first: usize| states.row(i).columns(first, n).transpose();
-            let own = (from..from + slots.len()).map(|i| (part(i, 0), part(i, n)));
-            let tile = Tile::new(slots, own, &targets, options.max_periods);
-            let failed = |(i, error): Failure| {
-                let at = from + i;
-                (at, error.at(format_args!("states[{at}]")))
+        let work =
+            |batches: &mut [Batch<'a, S, D, K>; 2], from: usize, slots: &mut [(Label, usize)]| {
+                let part = |i: usize, first: usize| states.row(i).columns(first, n).transpose();
+                let own = (from..from + slots.len()).map(|i| (part(i, 0), part(i, n)));
+                let tile = Tile::new(slots, own, &targets, options.max_periods);
+                let failed = |(i, error): Failure| {
+                    let at = from + i;
+                    (at, error.at(format_args!("states[{at}]")))
+                };
+                tile.label(batches).map_err(failed)
             };
-            tile.label(batches, go_on).map_err(failed)
-        };
-        fill_tiles(
-            found,
-            BASIN_BATCH_TILE,
-            options.sweep,
-            together,
-            work,
-            observer,
-        )
+        fill_tiles(found, BASIN_BATCH_TILE, options.sweep, together, work)
     }
 }
 

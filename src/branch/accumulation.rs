@@ -10,7 +10,6 @@ use crate::continuation::EndReason;
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
 use crate::tolerance::{ACCUMULATING_GRAZE_GAP, ACCUMULATION_FACTOR_MATCH, NEAREST_GRAZES};
-use std::ops::ControlFlow;
 
 /// Branches that are followed one after another from graze to graze, at the most. `[work]`
 const MOST_BORN_BRANCHES: usize = 40;
@@ -21,7 +20,7 @@ const LEAST_GRAZES: usize = 6;
 /// others that become ever slower. None where the grazes do not accumulate. From the graze to the branch that is born there, to its graze,
 /// and so on, up to 40 times; the border is extrapolated, and its error is by how much the last steps of that change the limit.
 ///
-/// `between` is the range of the branch; `observer` is called with each value reached. The orbit is the last one that touches; the arclength
+/// `between` is the range of the branch. The orbit is the last one that touches; the arclength
 /// is not a number, as the border is on none of the branches.
 ///
 /// # Errors
@@ -32,7 +31,6 @@ const LEAST_GRAZES: usize = 6;
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{ContinuationOptions, Heading, Parameter, accumulation, continuation, find_orbit, simulate};
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Harmonic, LinearSystem, Scene, SimulateOptions, Stop};
@@ -43,11 +41,10 @@ const LEAST_GRAZES: usize = 6;
 /// let run = simulate(&scene, &dvector![-0.5], &dvector![0.0], (0.0, until), &SimulateOptions::default())?;
 /// let orbit = find_orbit(&scene, &run, None)?;
 /// let (parameter, range) = (Parameter::CLEARANCE, (0.0, 0.5));
-/// let go_on = &mut |_| ControlFlow::Continue(());
 /// let down = ContinuationOptions { heading: Heading::Down, ..Default::default() };
-/// let branch = continuation(&orbit, parameter, range, &down, go_on)?;
+/// let branch = continuation(&orbit, parameter, range, &down)?;
 /// let graze = &branch.special[0];
-/// let border = accumulation(graze, parameter, range, go_on)?.expect("they accumulate");
+/// let border = accumulation(graze, parameter, range)?.expect("they accumulate");
 /// assert!(border.parameter < graze.parameter && border.error < 1e-6);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -55,9 +52,8 @@ pub fn accumulation(
     special: &Special,
     parameter: Parameter,
     between: (f64, f64),
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<Special>> {
-    accumulation_of(special, &special.scenes_over(parameter), between, observer)
+    accumulation_of(special, &special.scenes_over(parameter), between)
 }
 
 /// The same over scenes of any kind, one for each value.
@@ -68,7 +64,6 @@ pub fn accumulation_of(
     special: &Special,
     make: &dyn Fn(f64) -> Result<Scene>,
     between: (f64, f64),
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<Special>> {
     let (SpecialKind::Graze, Some(stop)) = (special.kind, special.stop) else {
         let rule = "it must be a graze, behind which an impact more is born";
@@ -77,7 +72,7 @@ pub fn accumulation_of(
     let mut last = special.clone();
     let mut values = vec![special.parameter];
     while values.len() <= MOST_BORN_BRANCHES {
-        let Some(next) = next_graze(&last, make, between, observer)? else {
+        let Some(next) = next_graze(&last, make, between)? else {
             break;
         };
         let step = next.parameter - last.parameter;
@@ -115,7 +110,6 @@ fn next_graze(
     special: &Special,
     make: &dyn Fn(f64) -> Result<Scene>,
     between: (f64, f64),
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Option<Special>> {
     let Some(touch) = special.stop.zip(special.time) else {
         return Ok(None);
@@ -125,14 +119,7 @@ fn next_graze(
         return Ok(None);
     };
     let options = ContinuationOptions::default();
-    let branch = continuation_of(
-        &born.orbit,
-        make,
-        born.parameter,
-        between,
-        &options,
-        observer,
-    )?;
+    let branch = continuation_of(&born.orbit, make, born.parameter, between, &options)?;
     if branch
         .ends
         .iter()

@@ -14,14 +14,15 @@ use crate::branch::zero_problem::directions;
 use crate::continuation::{ScaledDirection, corrected, walk};
 use crate::error::{Error, Result, digits};
 use crate::model::{Parameter, Scene};
+use crate::observer::ProgressRange;
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{ORBIT_CLOSED, ORBIT_OF_ANOTHER_SCENE};
-use std::ops::ControlFlow;
 
 /// Follows a periodic orbit over a number of its scene, through folds. Both ways, by arclength: from each point a step along the
 /// branch and Newton's method back to it. Every orbit of the branch has the pattern of the first one.
 ///
-/// `observer` is called with the value reached after each point; when it breaks off, the branch so far is the result, with
+/// The observer of the thread ([`with_observer`](crate::with_observer)) is told after each point how far its value is in the range; when it
+/// breaks off, the branch so far is the result, with
 /// [`EndReason::Interrupted`](crate::EndReason::Interrupted).
 ///
 /// Between two points that follow each other nothing is proved: a violation that comes and goes there is not seen.
@@ -37,7 +38,6 @@ use std::ops::ControlFlow;
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{ContinuationOptions, EndReason, OrbitOptions, Parameter, Pattern, continuation, periodic_orbits};
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
@@ -45,9 +45,8 @@ use std::ops::ControlFlow;
 /// let force = Harmonic::new(dvector![8.5.into()], 2.4, 0.0)?;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
-/// let go_on = &mut |_| ControlFlow::Continue(());
 /// let options = ContinuationOptions::default();
-/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.1, 2.0), &options, go_on)?;
+/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.1, 2.0), &options)?;
 /// // Down to where the impact has no speed, F = 4.766.
 /// assert_eq!(branch.ends[0].reason, EndReason::Boundary);
 /// assert!((8.5 * branch.parameter[0] - 4.766_046_58).abs() < 1e-8);
@@ -58,7 +57,6 @@ pub fn continuation(
     parameter: Parameter,
     between: (f64, f64),
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     let scene = orbit.scene();
     let start = scene.start_of(parameter, "parameter")?;
@@ -67,7 +65,7 @@ pub fn continuation(
         allowed.map_err(|error| error.at(format_args!("between")))?;
     }
     let make = |value: f64| scene.with_value(parameter, value);
-    continuation_of(orbit, &make, start, between, options, observer)
+    continuation_of(orbit, &make, start, between, options)
 }
 
 /// The same over scenes of any kind, one for each value; the orbit is that of the scene of a value.
@@ -81,12 +79,11 @@ pub fn continuation_of(
     start: f64,
     between: (f64, f64),
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     options.check()?;
     check_range("between", between, start)?;
     let begun = BranchProblem::around(orbit, make, start, between)?;
-    from_orbit(orbit, begun, options, observer)
+    from_orbit(orbit, begun, options)
 }
 
 /// The same over the energy of the motion, of orbits without forcing, damping and loss at impacts: one at each energy, in one scene (the
@@ -102,7 +99,6 @@ pub fn continuation_of(
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{ContinuationOptions, Forcing, Guess, LinearSystem, Scene, Stop, continuation_over_energy, find_orbit};
 /// let system = LinearSystem::new(dvector![1.0], dmatrix![0.0], dmatrix![1.0])?;
@@ -110,8 +106,7 @@ pub fn continuation_of(
 /// let (q, v) = (dvector![-2.0], dvector![0.0]);
 /// let guess = Guess::State { q: &q, v: &v, period: Some(4.2) };
 /// let orbit = find_orbit(&scene, guess, None)?;
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let branch = continuation_over_energy(&orbit, (0.5, 8.0), &ContinuationOptions::default(), go_on)?;
+/// let branch = continuation_over_energy(&orbit, (0.5, 8.0), &ContinuationOptions::default())?;
 /// // The amplitude is 4 at the end: from the stop at 1 round to it again.
 /// let last = branch.orbits.last().expect("at least one");
 /// let half = std::f64::consts::PI - 0.25f64.acos();
@@ -122,7 +117,6 @@ pub fn continuation_over_energy(
     orbit: &PeriodicOrbit,
     between: (f64, f64),
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     options.check()?;
     let (energetics, energy) = energy_at(orbit)?;
@@ -142,7 +136,7 @@ pub fn continuation_over_energy(
         energetics: Some(&energetics),
         ..problem
     };
-    from_orbit(orbit, (problem, place), options, observer)
+    from_orbit(orbit, (problem, place), options)
 }
 
 /// Follows a branch both ways from the loop of an orbit.
@@ -150,7 +144,6 @@ fn from_orbit(
     orbit: &PeriodicOrbit,
     begun: (BranchProblem<'_>, ParametricLoop),
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Branch> {
     if options.beyond == Virtual::Stop && orbit.is_admissible() == Some(false) {
         let reason = orbit
@@ -171,6 +164,7 @@ fn from_orbit(
     };
     let (problem, place) = half_of(begun, options.symmetric)?;
     let first = first_point(&problem, place, orbit)?;
+    let _range = ProgressRange::over(problem.range.0, problem.range.1);
     let joined = both_halves(&first, options.heading, |sign| {
         let turned = AcceptedPoint {
             tangent: first.tangent.scaled(sign),
@@ -180,7 +174,6 @@ fn from_orbit(
         let mut walker = BranchWalk {
             problem: problem.clone(),
             options,
-            observer,
             reached: None,
         };
         walk(&mut walker, turned, options.steps, options.max_points)

@@ -1,7 +1,7 @@
 //! Options of a continuation.
 
 use crate::error::{Error, Result};
-use crate::quantity::finite;
+use crate::quantity::{at_least_one, finite};
 
 /// The direction in which a branch is followed from the orbit that is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -70,9 +70,7 @@ impl ContinuationOptions {
                 "it must be (smallest, first, largest) with 0 < smallest <= first <= largest";
             return Err(Error::bad_value("step", value, rule));
         }
-        if self.max_points == 0 {
-            return Err(Error::bad_value("max_points", 0, "it must be at least 1"));
-        }
+        at_least_one("max_points", self.max_points)?;
         Ok(())
     }
 }

@@ -48,7 +48,6 @@ const MOST_NEARER_ORBITS: i32 = 3;
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{ContinuationOptions, OrbitOptions, Parameter, Pattern, SpecialKind, branches, continuation, periodic_orbits};
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
@@ -57,7 +56,7 @@ const MOST_NEARER_ORBITS: i32 = 3;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
 /// let (parameter, range) = (Parameter::ForcingScale, (0.5, 2.0));
-/// let branch = continuation(&orbits[0], parameter, range, &ContinuationOptions::default(), &mut |_| ControlFlow::Continue(()))?;
+/// let branch = continuation(&orbits[0], parameter, range, &ContinuationOptions::default())?;
 /// let doubling = branch.special.iter().find(|own| own.kind == SpecialKind::PeriodDoubling).expect("one");
 /// let born = branches(doubling, parameter, range)?;
 /// assert_eq!(born[0].orbit.n_periods(), 2);

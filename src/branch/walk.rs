@@ -14,14 +14,13 @@ use crate::continuation::{
     BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, Walk, tangent,
 };
 use crate::error::{Error, Result, digits};
+use crate::observer::report;
 use crate::tolerance::OUTGROWN_UNITS;
-use std::ops::ControlFlow;
 
 /// A branch that is followed.
 pub(super) struct BranchWalk<'a, 'o> {
     pub problem: BranchProblem<'a>,
     pub options: &'o ContinuationOptions,
-    pub observer: &'o mut dyn FnMut(f64) -> ControlFlow<()>,
     /// The end of the range, if the last step was to lead there.
     pub reached: Option<f64>,
 }
@@ -39,7 +38,7 @@ impl Walk for BranchWalk<'_, '_> {
         length: f64,
     ) -> Result<BranchOutcome> {
         let from = points.last().unwrap_or(first);
-        if (self.observer)(from.place.value).is_break() {
+        if report(from.place.value).is_err() {
             return Ok(StepOutcome::end(broken_off(from)));
         }
         self.reached = reaches(&self.problem, from, length);

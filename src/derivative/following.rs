@@ -3,10 +3,9 @@
 use crate::branch::{ContinuationOptions, EndReason, Heading, Virtual, continuation_of};
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use crate::orbit::{PeriodicOrbit, find_orbit_observed};
+use crate::orbit::{PeriodicOrbit, find_orbit};
 use crate::tolerance::{FOLLOWING_HALVINGS, TRACKED_PHASE_SHIFT, TRACKED_SPEED_CHANGE};
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 
 /// An orbit of the scene of some numbers, followed along a straight way to that of others: at once by Newton's method, by halves of the
 /// way where that fails or comes to an orbit far off, at last by continuation.
@@ -18,7 +17,6 @@ pub fn follow_orbit(
     orbit: &PeriodicOrbit,
     make: &dyn Fn(&[f64]) -> Result<Scene>,
     (from, to): (&[f64], &[f64]),
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let at = |part: f64| {
         if part == 1.0 {
@@ -27,7 +25,7 @@ pub fn follow_orbit(
         let between = from.iter().zip(to).map(|(a, b)| a + part * (b - a));
         make(&between.collect::<Vec<f64>>())
     };
-    let by_newton = by_halves(orbit, &at, [0.0, 1.0], FOLLOWING_HALVINGS, observer);
+    let by_newton = by_halves(orbit, &at, [0.0, 1.0], FOLLOWING_HALVINGS);
     let Err(failed @ Error::NoConvergence { .. }) = by_newton else {
         return by_newton;
     };
@@ -36,7 +34,7 @@ pub fn follow_orbit(
         beyond: Virtual::Keep,
         ..ContinuationOptions::default()
     };
-    let branch = continuation_of(orbit, &at, 0.0, (0.0, 1.0), &options, &mut |_| observer())?;
+    let branch = continuation_of(orbit, &at, 0.0, (0.0, 1.0), &options)?;
     let has_arrived =
         branch.ends[1].reason == EndReason::Range && branch.parameter.last() == Some(&1.0);
     match branch.orbits.into_iter().next_back() {
@@ -50,9 +48,8 @@ fn by_halves(
     at: &dyn Fn(f64) -> Result<Scene>,
     [from, to]: [f64; 2],
     halvings: usize,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
-    let found = find_orbit_observed(&at(to)?, orbit, None, observer);
+    let found = find_orbit(&at(to)?, orbit, None);
     match found {
         Ok(found) if is_near(orbit, &found) => return Ok(found),
         Ok(_) if halvings == 0 => return Err(another_orbit()),
@@ -61,8 +58,8 @@ fn by_halves(
         Err(error) => return Err(error),
     }
     let middle = 0.5 * (from + to);
-    let half = by_halves(orbit, at, [from, middle], halvings - 1, observer)?;
-    by_halves(&half, at, [middle, to], halvings - 1, observer)
+    let half = by_halves(orbit, at, [from, middle], halvings - 1)?;
+    by_halves(&half, at, [middle, to], halvings - 1)
 }
 
 /// What fails where Newton's method comes to an orbit that the followed one is not shown to become.

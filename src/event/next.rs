@@ -186,7 +186,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         root_orders: &[usize],
         span: f64,
         grazes: &mut Vec<Grazed>,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<FirstEvent> {
         for (gap, &order) in self.gaps.iter_mut().zip(root_orders) {
             gap.depart(order);

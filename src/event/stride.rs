@@ -189,7 +189,6 @@ mod tests {
     use crate::observer::Observer;
     use crate::quantity::larger;
     use pulp::Scalar;
-    use std::ops::ControlFlow;
 
     const BLOCKS: [Block; 3] = [
         Block::Oscillator { w2: 2.0, eta: 0.1 },
@@ -263,8 +262,7 @@ mod tests {
             let mut search = ContactSearch::new(&flow, vec![gap]);
             search.level = LEVEL;
             search.evaluate(&state);
-            let go_on = &mut || ControlFlow::Continue(());
-            let observer = &mut Observer::new(go_on);
+            let observer = &mut Observer::default();
             let event = search.next(&state, &[0], 3.0, &mut Vec::new(), observer);
             let FirstRoot::Crossing { at, .. } = event.expect("not broken off").root else {
                 panic!("{clearance}: no contact");

@@ -146,7 +146,7 @@ pub(crate) fn check_flight<F: LinearFlow>(
         margin,
         stop_depth,
     }: Sought,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<FlightCheck> {
     let mut derivatives = Vec::with_capacity(state.len());
     let mut norms = Vec::with_capacity(state.len());
@@ -231,7 +231,6 @@ mod tests {
     use crate::flow::drive::Undriven;
     use crate::modal::Block;
     use crate::model::Moment;
-    use std::ops::ControlFlow;
 
     /// `q = cos t` before a stop at 0.916, which it passes by 0.084 about t = 2 pi; `longest` stands for a rate from which no
     /// halving comes down to the flight.
@@ -243,7 +242,6 @@ mod tests {
         let mut state = Vec::new();
         let at = Moment::of_angle(0.0);
         flow.state_from_modal(&vec![[0.0, -1.0]].into(), at, &mut state);
-        let go_on = &mut || ControlFlow::Continue(());
         let sought = Sought {
             span: 6.0,
             margin: 1e-12,
@@ -255,7 +253,7 @@ mod tests {
             &gap,
             &mut state,
             sought,
-            &mut Observer::new(go_on),
+            &mut Observer::default(),
         )
         .expect("not interrupted")
     }

@@ -12,6 +12,7 @@ use crate::exponents::verdict::{Attraction, ForcingKind, verdict};
 use crate::flow::TimedScene;
 use crate::hybrid::AnyLoop;
 use crate::model::{Forcing, Scene, System};
+use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{
@@ -19,7 +20,6 @@ use crate::simulate::{
 };
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// Pieces in which a motion without a period is integrated. [work]
 const LYAPUNOV_PIECES: f64 = 1000.0;
@@ -97,22 +97,6 @@ pub fn lyapunov_exponents(
     t_span: (f64, f64),
     options: &LyapunovOptions,
 ) -> Result<LyapunovExponents> {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    lyapunov_exponents_observed(scene, q0, v0, t_span, options, go_on)
-}
-
-/// [`lyapunov_exponents`], asking `observer` from time to time, with the time reached, whether to go on.
-///
-/// # Errors
-/// As [`lyapunov_exponents`]; `Error::Interrupted` when the observer breaks off.
-pub fn lyapunov_exponents_observed(
-    scene: &Scene,
-    q0: &DVector<f64>,
-    v0: &DVector<f64>,
-    t_span: (f64, f64),
-    options: &LyapunovOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<LyapunovExponents> {
     let n = scene.n_dof();
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
@@ -130,6 +114,7 @@ pub fn lyapunov_exponents_observed(
         return Err(Error::bad_value("n_exponents", k, rule));
     }
     room_for("deviations from the motion", 4 * n, 2 * n)?;
+    let _range = ProgressRange::over(t_span.0, t_span.1);
     let exponents = Exponents {
         scene,
         start: (q0, v0),
@@ -137,7 +122,6 @@ pub fn lyapunov_exponents_observed(
         options: &run,
         frame: Frame::new(2 * n, k),
         batches: Batches::new((t_span.0 + options.skip, t_span.1)),
-        observer: &mut *observer,
     };
     let (followed, ended) = visit_runs(scene, &run, exponents)?;
     let mut found = gathered(scene, &followed, &ended);
@@ -145,7 +129,7 @@ pub fn lyapunov_exponents_observed(
         && let (ForcingKind::Periodic, Some(period)) = (drive(scene), scene.period())
     {
         let motion = ((q0, v0), (t_span.0, ended.time));
-        (found.verdict, found.message) = verdict_of_motion(scene, period, motion, &run, observer)?;
+        (found.verdict, found.message) = verdict_of_motion(scene, period, motion, &run)?;
         if found.verdict == Attraction::Torus && has_no_torus(scene) {
             let reason = "an exponent is zero within its error, but one mass on a spring under one period has no torus";
             (found.verdict, found.message) = (Attraction::Undecided, reason.into());
@@ -171,7 +155,6 @@ struct Exponents<'s> {
     options: &'s SimulateOptions,
     frame: Frame,
     batches: Batches,
-    observer: &'s mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 
 impl RunVisitor for Exponents<'_> {
@@ -218,7 +201,7 @@ impl Exponents<'_> {
             follower.follow(&path, &piece.impacts, &piece.grazes)
         };
         let (q0, v0) = self.start;
-        let ending = run.in_pieces((q0, v0), self.t_span, every, self.observer, take)?;
+        let ending = run.in_pieces((q0, v0), self.t_span, every, take)?;
         follower.finish(ending.time)?;
         let doubt = (follower.tangents).doubt_since(follower.batches.start());
         let followed = GrowthRecord {

@@ -10,7 +10,5 @@ mod motion;
 mod tangents;
 mod verdict;
 
-pub use lyapunov::{
-    LyapunovExponents, LyapunovOptions, lyapunov_exponents, lyapunov_exponents_observed,
-};
+pub use lyapunov::{LyapunovExponents, LyapunovOptions, lyapunov_exponents};
 pub use verdict::Attraction;

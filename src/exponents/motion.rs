@@ -4,10 +4,9 @@ use crate::error::Result;
 use crate::exponents::verdict::Attraction;
 use crate::model::Scene;
 use crate::recurrence::{Measure, advance, comes_back};
-use crate::simulate::{Keep, SimulateOptions, Status, simulate_observed};
+use crate::simulate::{Keep, SimulateOptions, Status, simulate};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// States, one in each period of the forcing, by which a torus is told from a drift and from slow decay. [work]
 const RECURRENCE_STATES: usize = 1000;
@@ -21,7 +20,6 @@ pub(super) fn verdict_of_motion(
     period: f64,
     ((q, v), (start, end)): ((&DVector<f64>, &DVector<f64>), (f64, f64)),
     options: &SimulateOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Attraction, String)> {
     let times: Vec<f64> = (0..RECURRENCE_STATES)
         .map(|k| end + k as f64 * period)
@@ -32,7 +30,7 @@ pub(super) fn verdict_of_motion(
         t_eval: Some(times),
         ..options.clone()
     };
-    let run = simulate_observed(scene, q, v, span, &sampled, &mut |t| observer(t.min(end)))?;
+    let run = simulate(scene, q, v, span, &sampled)?;
     if run.status() != Status::Finished {
         let reason = "it ends soon after the time that counts";
         return Ok((Attraction::Undecided, reason.into()));

@@ -19,7 +19,6 @@ use crate::model::{
 };
 use crate::observer::Observer;
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use std::ops::ControlFlow;
 
 /// The forcing phase of the test [rad]. [exact]
 const PHASE: f64 = 0.4;
@@ -144,8 +143,7 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     flow.start(&q, &v, 0.3);
     let mut all = facts(flow.system());
     // To the first contact.
-    let mut go_on = || ControlFlow::Continue(());
-    let mut observer = Observer::new(&mut go_on);
+    let mut observer = Observer::default();
     let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut observer);
     let Arrival::Event { guard } = arrival.expect("regular") else {
         panic!("no contact")
@@ -173,8 +171,7 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     all.extend(facts(system));
     let gap = system.gap(stop);
     assert!(gap.gap.abs() < 1e-14 && gap.speed.abs() < 1e-14);
-    let mut go_on = || ControlFlow::Continue(());
-    let mut observer = Observer::new(&mut go_on);
+    let mut observer = Observer::default();
     let mut orders = vec![0; 3];
     orders[stop] = 0;
     let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
@@ -322,8 +319,7 @@ fn facts_of_a_contact<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     ];
     let mut orders = [0, 0, 0];
     for (kind, regime) in changes {
-        let mut go_on = || ControlFlow::Continue(());
-        let mut observer = Observer::new(&mut go_on);
+        let mut observer = Observer::default();
         let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
         let guard = Guard { element: 0, kind };
         assert_eq!(arrival.expect("regular"), Arrival::Event { guard });

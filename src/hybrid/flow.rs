@@ -57,7 +57,7 @@ pub(crate) trait HybridFlow {
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival>;
     /// Records a flight of no length: the state before an impact at the start of the run, or that after the last event of a run
     /// that ends with it, at `last`.

@@ -1,7 +1,7 @@
 //! Periodic forces as sums of harmonics.
 
 use crate::error::{Error, Result};
-use crate::quantity::{finite, finite_complex, finite_vector, is_finite, positive};
+use crate::quantity::{at_least_one, finite, finite_complex, finite_vector, is_finite, positive};
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -70,9 +70,7 @@ impl Fourier {
     /// No harmonic, fewer than `2 n_harmonics + 1` samples, numbers that are not finite, a frequency that is not positive.
     pub fn fit(samples: &DMatrix<f64>, frequency: f64, n_harmonics: usize) -> Result<Self> {
         let (m, n) = samples.shape();
-        if n_harmonics == 0 {
-            return Err(Error::bad_value("n_harmonics", 0, "it must be at least 1"));
-        }
+        at_least_one("n_harmonics", n_harmonics)?;
         if m <= 2 * n_harmonics {
             let rule = format!(
                 "{m} samples tell at most {} harmonics",

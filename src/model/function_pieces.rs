@@ -6,7 +6,7 @@ use crate::model::chebyshev::{
     CHEBYSHEV_NODES, GOLDEN_FRACTION, SAMPLE_POINTS, SampledPiece, coefficients, line, powers,
     steepest, sum,
 };
-use crate::observer::{Observer, ObserverFn};
+use crate::observer::Observer;
 use crate::tolerance::{
     BREAK_SIDE_ROUNDINGS, CORNER_ERROR_FACTOR, CORNER_PIECE_LENGTH, FUNCTION_JUMP,
     FUNCTION_SAMPLES, FUNCTION_TOL, MOST_FUNCTION_PIECES, ROUGH_FUNCTION, ROUGH_HALVING,
@@ -123,10 +123,10 @@ impl FitInterval {
 }
 
 /// The approximation of a function by pieces, under way.
-struct PiecewiseFit<'a, 'o> {
+struct PiecewiseFit<'a> {
     layout: Layout<'a>,
     function: Function<'a>,
-    observer: Observer<'o>,
+    observer: Observer,
     /// Times and values of samples over the whole span, empty where its features are known to last long.
     samples: [Vec<f64>; 2],
     /// The largest slope between those samples.
@@ -141,12 +141,11 @@ struct PiecewiseFit<'a, 'o> {
 pub(crate) fn polynomial_pieces(
     function: Function<'_>,
     layout: Layout<'_>,
-    go_on: ObserverFn<'_>,
 ) -> Result<Vec<PolynomialPiece>> {
     let mut all = PiecewiseFit {
         layout,
         function,
-        observer: Observer::new(go_on),
+        observer: Observer::default(),
         samples: [Vec::new(), Vec::new()],
         steepest: 0.0,
         largest: layout.size,
@@ -160,7 +159,7 @@ pub(crate) fn polynomial_pieces(
     all.lay_out()
 }
 
-impl PiecewiseFit<'_, '_> {
+impl PiecewiseFit<'_> {
     /// The values of the function at some places.
     fn values(&mut self, places: &[f64]) -> Result<Vec<f64>> {
         let values = (self.function)(places)?;

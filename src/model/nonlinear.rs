@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::model::difference::derivative;
 use crate::model::linear::{Coefficient, LinearSystem};
-use crate::quantity::{finite_square, room_for};
+use crate::quantity::{at_least_one, finite_square, room_for};
 use crate::tolerance::{
     EQUILIBRIUM_TIMES, EQUILIBRIUM_TOL, ERROR_FACTOR, ONE_SIDED_STEP, ROUGH_JACOBIAN,
     SHORT_ONE_SIDED_STEP, WRONG_JACOBIAN,
@@ -134,9 +134,7 @@ impl NonlinearSystem {
     /// No degree of freedom at all, or more than the memory holds.
     pub fn new(equations: impl EquationsOfMotion) -> Result<Self> {
         let n = equations.n_dof();
-        if n == 0 {
-            return Err(Error::bad_value("n_dof", 0, "it must be at least 1"));
-        }
+        at_least_one("n_dof", n)?;
         room_for("a step of the motion", n, NUMBERS_OF_A_STEP)?;
         Ok(Self {
             equations: Arc::new(equations),

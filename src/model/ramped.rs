@@ -17,10 +17,8 @@ use crate::model::scene::Scene;
 use crate::model::signal::Signal;
 use crate::model::stop_motion::StopMotion;
 use crate::model::twice::Twice;
-use crate::observer::ObserverFn;
 use crate::tolerance::{DRIFT_OVERHANG, DRIFT_OVERHANG_ROUNDINGS};
 use nalgebra::{Complex, DVector};
-use std::cell::RefCell;
 use std::f64::consts::PI;
 
 /// The numbers of a scene that drift over a span of time.
@@ -105,14 +103,13 @@ impl Drift {
 }
 
 /// Signals over a span of time under a drift.
-struct Sweep<'a, 'o> {
+struct Sweep<'a> {
     drift: &'a Drift,
     lowest: f64,
     span: (f64, f64),
-    go_on: RefCell<ObserverFn<'o>>,
 }
 
-impl Sweep<'_, '_> {
+impl Sweep<'_> {
     fn angle(&self, periodic: &Fourier, t: f64) -> Swept {
         let (frequency, phase) = (periodic.frequency(), periodic.phase());
         // Whole turns would take digits.
@@ -133,8 +130,7 @@ impl Sweep<'_, '_> {
             size: size(start).max(size(end)),
             ..Layout::of_span(self.span)
         };
-        let go_on = &mut **self.go_on.borrow_mut();
-        Signal::laid_out(&mut values, layout, go_on).map_err(|error| {
+        Signal::laid_out(&mut values, layout).map_err(|error| {
             if error == Error::Interrupted {
                 return error;
             }
@@ -274,12 +270,7 @@ impl Sweep<'_, '_> {
 ///
 /// # Errors
 /// A forcing that cannot be scaled, a span of more periods than pieces follow; `Error::Interrupted`.
-pub(crate) fn drifting(
-    scene: &Scene,
-    drift: &Drift,
-    span: (f64, f64),
-    go_on: ObserverFn<'_>,
-) -> Result<Scene> {
+pub(crate) fn drifting(scene: &Scene, drift: &Drift, span: (f64, f64)) -> Result<Scene> {
     if drift.is_still() {
         return Ok(scene.clone());
     }
@@ -299,7 +290,6 @@ pub(crate) fn drifting(
         drift,
         lowest,
         span: (span.0, span.1 + beyond),
-        go_on: RefCell::new(go_on),
     };
     let parts = scene.forcing().parts();
     let forcing = if drift.turns_into_signals() {

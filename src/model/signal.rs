@@ -3,7 +3,6 @@
 use crate::error::{Error, Result};
 use crate::model::chebyshev::{CHEBYSHEV_DEGREE, CHEBYSHEV_NODES};
 use crate::model::function_pieces::{Layout, PolynomialPiece, polynomial_pieces};
-use crate::observer::{ObserverFn, go_on_unless_broken_off};
 use crate::quantity::finite;
 use nalgebra::DMatrix;
 use std::sync::Arc;
@@ -153,7 +152,7 @@ impl Signal {
             is_unknown: true,
             ..Layout::of_span((start + 0.0, end + 0.0))
         };
-        Self::laid_out(&mut function, layout, &mut go_on_unless_broken_off)
+        Self::laid_out(&mut function, layout)
     }
 
     /// A function laid out in pieces; asks whether to go on.
@@ -163,9 +162,8 @@ impl Signal {
     pub(crate) fn laid_out(
         function: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>>,
         layout: Layout<'_>,
-        go_on: ObserverFn<'_>,
     ) -> Result<Self> {
-        let all = polynomial_pieces(function, layout, go_on)?;
+        let all = polynomial_pieces(function, layout)?;
         let mut breaks: Vec<f64> = all.iter().map(|piece| piece.start).collect();
         breaks.push(layout.span.1);
         let mut derivatives = Vec::with_capacity(CHEBYSHEV_NODES * all.len());

@@ -16,7 +16,7 @@ use crate::tolerance::SOLVABLE;
 const MOST_STRETCHES_SHOWN: usize = 5;
 
 /// Stops hit together at a forcing amplitude times one unknown factor: `u` off the unit circle.
-pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer<'_>) -> Result<Orbits> {
+pub(super) fn free_forcing(problem: &Problem<'_>, observer: &mut Observer) -> Result<Orbits> {
     let conditions = PeriodicConditions::new(&problem.modal, problem.stops(), problem.period);
     let set = conditions.at_clearance(None)?;
     let u = conditions.phase_part(&set.particular);
@@ -47,7 +47,7 @@ fn mismatch(problem: &Problem<'_>) -> Result<Option<f64>> {
 pub(super) fn free_parameter(
     problem: &Problem<'_>,
     parameter: Parameter,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Orbits> {
     let (low, high) = problem.options.between.unwrap_or((0.0, 0.0));
     let changed = |x: f64| problem.scene.replace(parameter.change(x));

@@ -34,8 +34,8 @@ pub use paper_coefficients::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
 pub use saved::SavedOrbit;
-pub use search::{periodic_orbits, periodic_orbits_observed};
-pub use shooting::find::{find_orbit, find_orbit_in_order, find_orbit_observed};
+pub use search::periodic_orbits;
+pub use shooting::find::{find_orbit, find_orbit_in_order};
 pub use shooting::guess::Guess;
 
 pub use stability::multipliers::{OrderMultipliers, Stability};

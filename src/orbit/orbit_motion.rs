@@ -252,7 +252,7 @@ impl OrbitMotion {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Admissibility> {
         let impacts = &struck_free(pattern, flights, impacts);
         match self {
@@ -280,7 +280,7 @@ impl OrbitMotion {
         phase: f64,
         flights: &[Flight],
         found: &Admissibility,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Stability> {
         match self {
             Self::Modal { modal, regimes } if has_lasting_contact(flights) => {
@@ -354,7 +354,7 @@ fn over_flights<M: HybridMaps>(
     state: impl Fn(&ModalState) -> DVector<f64>,
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Stability> {
     let new = newly_struck(pattern, flights);
     if let Some(refused) = refused(&new, found, is_coupled) {

@@ -48,7 +48,7 @@ impl Orbits {
     pub(super) fn new(
         problem: &Problem<'_>,
         solutions: Solutions,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Self> {
         let Solutions {
             all,
@@ -200,7 +200,7 @@ pub(crate) fn ranking(
 /// The orbits in the order of [`ranking`]. A single one is not judged before somebody asks.
 pub(super) fn sorted(
     mut orbits: Vec<PeriodicOrbit>,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Vec<PeriodicOrbit>> {
     if orbits.len() < 2 {
         return Ok(orbits);

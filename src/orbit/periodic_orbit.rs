@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
 use crate::model::{Change, Forcing, PhysicalState, Scene};
-use crate::observer::Observer;
+use crate::observer::{Observer, unobserved};
 use crate::orbit::extremes::{Along, Extremes};
 use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
@@ -16,7 +16,6 @@ use crate::orbit::verdict::admissibility::{Admissibility, Breach, Ruling, Touch,
 use crate::path::{Energy, Impulses, Located, Path, PathPoint, Segment, Stretch, energy_along};
 use crate::quantity::room_for;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
 /// A periodic motion that hits stops in a given pattern; t = 0 is right after its first impact.
@@ -262,21 +261,8 @@ impl PeriodicOrbit {
     /// # Errors
     /// A system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
-        self.energy_observed(&mut || ControlFlow::Continue(()))
-    }
-
-    /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
-    ///
-    /// # Errors
-    /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
-    pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
         let points = self.path().points()?;
-        energy_along(
-            self.path(),
-            &self.scene,
-            &points,
-            &mut Observer::new(observer),
-        )
+        energy_along(self.path(), &self.scene, &points, &mut Observer::default())
     }
 
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
@@ -294,11 +280,11 @@ impl PeriodicOrbit {
 
     /// What the rules of contact say, searched when first asked for.
     fn admissibility(&self) -> &Admissibility {
-        self.judged(&mut Observer::new(&mut || ControlFlow::Continue(())))
+        unobserved(|| self.judged(&mut Observer::default()))
             .expect("a search that nobody interrupts comes to its end")
     }
 
-    pub(super) fn judged(&self, observer: &mut Observer<'_>) -> Result<&Admissibility> {
+    pub(super) fn judged(&self, observer: &mut Observer) -> Result<&Admissibility> {
         if let Some(known) = self.admissibility.get() {
             return Ok(known);
         }
@@ -318,15 +304,12 @@ impl PeriodicOrbit {
         decided(self.admissibility().ruling())
     }
 
-    /// [`is_admissible`](Self::is_admissible), asking `observer` from time to time whether to go on.
+    /// [`is_admissible`](Self::is_admissible), broken off where the observer of the thread says so.
     ///
     /// # Errors
-    /// `Error::Interrupted` when the observer breaks off.
-    pub fn is_admissible_observed(
-        &self,
-        observer: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<Option<bool>> {
-        Ok(decided(self.judged(&mut Observer::new(observer))?.ruling()))
+    /// `Error::Interrupted`.
+    pub fn try_is_admissible(&self) -> Result<Option<bool>> {
+        Ok(decided(self.judged(&mut Observer::default())?.ruling()))
     }
 
     /// The worst breach of the rules of contact; where there is none, and none is excluded, where the search could not decide.
@@ -406,21 +389,10 @@ impl PeriodicOrbit {
     /// # Errors
     /// `Error::NoConvergence` if an eigenvalue iteration fails.
     pub fn stability(&self) -> Result<&Stability> {
-        self.stability_observed(&mut || ControlFlow::Continue(()))
+        self.decided(&mut Observer::default())
     }
 
-    /// [`stability`](Self::stability), asking `observer` from time to time whether to go on.
-    ///
-    /// # Errors
-    /// As [`stability`](Self::stability); `Error::Interrupted` when the observer breaks off.
-    pub fn stability_observed(
-        &self,
-        observer: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<&Stability> {
-        self.decided(&mut Observer::new(observer))
-    }
-
-    pub(super) fn decided(&self, observer: &mut Observer<'_>) -> Result<&Stability> {
+    pub(super) fn decided(&self, observer: &mut Observer) -> Result<&Stability> {
         if let Some(known) = self.stability.get() {
             return Ok(known);
         }

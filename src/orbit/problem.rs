@@ -5,6 +5,7 @@ use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::pattern::Pattern;
+use crate::quantity::at_least_one;
 use crate::tolerance::MOST_TURNS_IN_PERIOD;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -86,9 +87,7 @@ pub(crate) fn check(
             ),
         ));
     }
-    if options.n_periods == 0 {
-        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
-    }
+    at_least_one("n_periods", options.n_periods)?;
     if let Some(phase) = options.phase {
         crate::quantity::finite("phase", phase)?;
     }

@@ -12,7 +12,6 @@ use crate::orbit::orbits::Orbits;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::{Problem, check};
 use crate::orbit::two_instants::solve::two_instants;
-use std::ops::ControlFlow;
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
 ///
@@ -48,20 +47,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions) -> Result<Orbits> {
-    periodic_orbits_observed(scene, pattern, options, &mut || ControlFlow::Continue(()))
-}
-
-/// [`periodic_orbits`], asking `observer` from time to time whether to go on.
-///
-/// # Errors
-/// As [`periodic_orbits`]; `Error::Interrupted` when the observer breaks off.
-pub fn periodic_orbits_observed(
-    scene: &Scene,
-    pattern: &Pattern,
-    options: &OrbitOptions,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<Orbits> {
-    let observer = &mut Observer::new(observer);
+    let observer = &mut Observer::default();
     check(scene, pattern, options, "periodic_orbits")?;
     let problem = Problem::new(scene, pattern, options)?;
     let solutions = match (pattern.instants(), options.phase, options.free) {

@@ -69,7 +69,7 @@ pub(crate) fn energy_along(
     path: &Path,
     scene: &Scene,
     points: &[PathPoint],
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Energy> {
     Ledger::new(path, scene)?.fill(points, observer)
 }
@@ -94,7 +94,7 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    fn fill(&self, points: &[PathPoint], observer: &mut Observer<'_>) -> Result<Energy> {
+    fn fill(&self, points: &[PathPoint], observer: &mut Observer) -> Result<Energy> {
         let mut energy = Energy::default();
         let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
         let mut start = None;
@@ -142,7 +142,7 @@ impl<'a> Ledger<'a> {
         arc: usize,
         (from, to): (f64, f64),
         works: &mut Works,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<()> {
         let regime = self.path.regime_of(arc);
         each_node(self.fading.of(regime), (from, to), |node| {

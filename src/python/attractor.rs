@@ -10,7 +10,6 @@ use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::pattern::{out_pattern, pattern};
 use crate::python::simulate::solver;
-use crate::python::sweep::fraction;
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
 use pyo3::prelude::*;
@@ -69,9 +68,8 @@ pub(crate) fn _settle_seeds<'py>(
         solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
-    let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
-        let observer = &mut |p| observe(fraction(p));
-        settle_seeds(scene, &around, &seeds, &options, observer)
+    let found = interrupt::run_asking(py, progress, ask.as_ref(), || {
+        settle_seeds(scene, &around, &seeds, &options)
     })?;
     let each = found.into_iter().map(|own| out_found(py, own));
     PyList::new(py, each.collect::<PyResult<Vec<_>>>()?)
@@ -178,8 +176,8 @@ pub(crate) fn _group_attractors<'py>(
         sweep: SweepOptions::default(),
     };
     let found = found.iter().map(read_found).collect::<PyResult<Vec<_>>>()?;
-    let all = interrupt::run(py, false, |observe| {
-        gathered_seeds(scene, &around, &found, &options, &mut || observe(1.0))
+    let all = interrupt::run(py, false, || {
+        gathered_seeds(scene, &around, &found, &options)
     })?;
     let code = |(own, place): (&SeedOutcome, &Option<usize>)| match (place, own) {
         (Some(place), _) => i64::try_from(*place).unwrap_or(i64::MAX),

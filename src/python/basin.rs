@@ -9,7 +9,6 @@ use crate::python::diagram::count;
 use crate::python::model::PyScene;
 use crate::python::orbit::PyOrbit;
 use crate::python::simulate::solver;
-use crate::python::sweep::fraction;
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
 use numpy::{IntoPyArray, PyArray1};
@@ -69,16 +68,8 @@ pub(crate) fn _basin_cells<'py>(
         solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
-    let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
-        let observer = &mut |p| observe(fraction(p));
-        basin_cells(
-            scene,
-            &attractors,
-            &around,
-            (&states, &phases),
-            &options,
-            observer,
-        )
+    let found = interrupt::run_asking(py, progress, ask.as_ref(), || {
+        basin_cells(scene, &attractors, &around, (&states, &phases), &options)
     })?;
     let labels: Vec<i16> = found.labels.iter().map(|label| label.number()).collect();
     let periods = found.iterations.iter();

@@ -5,6 +5,7 @@ use crate::branch::{
 };
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
+use crate::observer::unobserved;
 use crate::orbit::PeriodicOrbit;
 use crate::python::answered::called_here;
 use crate::python::array::out_matrix;
@@ -156,20 +157,17 @@ pub(crate) fn _continuation<'py>(
     let own = &orbit.0;
     let varied = varied(own.scene(), name.as_deref(), make.as_ref(), start)?;
     let raised = Mutex::new(None);
-    let (found, signal) = interrupt::run_keeping(py, progress, None, |observe| {
-        let (low, high) = between;
-        let observer = &mut |value: f64| observe((value - low) / (high - low));
+    let (found, signal) = interrupt::run_keeping(py, progress, None, || {
         let found = match &varied {
-            Varied::Number(parameter) => {
-                branch::continuation(own, *parameter, between, &options, observer)
-            }
-            Varied::Energy => branch::continuation_over_energy(own, between, &options, observer),
+            Varied::Number(parameter) => branch::continuation(own, *parameter, between, &options),
+            Varied::Energy => branch::continuation_over_energy(own, between, &options),
             Varied::Factor(..) | Varied::Made(..) => {
                 let make = |value: f64| varied.scene(own.scene(), value, &raised);
-                branch::continuation_of(own, &make, varied.start(), between, &options, observer)
+                branch::continuation_of(own, &make, varied.start(), between, &options)
             }
         };
-        found.and_then(judged)
+        // What was followed is kept, and judged, when the rest is broken off.
+        found.and_then(|branch| unobserved(|| judged(branch)))
     })?;
     let raised = raised.into_inner().ok().flatten();
     let (found, raised) = match (found, raised) {
@@ -251,12 +249,11 @@ pub(crate) fn _accumulation(
     let scene = special.orbit.scene().clone();
     let varied = varied(&scene, name.as_deref(), make.as_ref(), Some(parameter))?;
     let raised = Mutex::new(None);
-    let found = interrupt::run(py, progress, |observe| {
+    let found = interrupt::run(py, progress, || {
         let make = |value: f64| varied.scene(&scene, value, &raised);
-        let observer = &mut |value: f64| observe((value - between.0) / (between.1 - between.0));
         match varied {
             Varied::Energy => Ok(None),
-            _ => branch::accumulation_of(&special, &make, between, observer),
+            _ => branch::accumulation_of(&special, &make, between),
         }
     });
     let found = raised_or(found, raised)?;

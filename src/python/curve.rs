@@ -97,11 +97,9 @@ pub(crate) fn _bifurcation_curve<'py>(
         .map_or(CurveOf::Orbit(&own), CurveOf::Special);
     let raised = Mutex::new(None);
     let between = [between.0, between.1];
-    let (found, signal) = interrupt::run_keeping(py, progress, None, |observe| {
-        let (low, high) = between[0];
-        let observer = &mut |value: f64| observe((value - low) / (high - low));
+    let (found, signal) = interrupt::run_keeping(py, progress, None, || {
         let make = |x: f64, y: f64| plane.scene(&scene, x, y, &raised);
-        bifurcation_curve_of(of, &make, begin, between, &options, observer)
+        bifurcation_curve_of(of, &make, begin, between, &options)
     })?;
     let raised = raised.into_inner().ok().flatten();
     // Broken off by hand, the curve so far is kept; before there is one, nothing is.

@@ -51,7 +51,7 @@ pub(crate) fn of_run(
     let asked = times.unwrap_or(&end);
     let within = asked.partition_point(|&t| t <= end[0]);
     let asked_of = &asked[..within];
-    let found = interrupt::run(py, false, |_| {
+    let found = interrupt::run(py, false, || {
         derivative::derivatives_of_run(run, &numbers, asked_of)
     })?;
     let whole = |(own, by): (&Named, DMatrix<f64>)| {
@@ -94,7 +94,7 @@ pub(crate) fn derivatives<'py>(
         .map(|name| named("parameters", orbit.scene(), name));
     let each: Vec<Named> = each.collect::<PyResult<_>>()?;
     let numbers: Vec<Parameter> = each.iter().map(|own| own.parameter).collect();
-    let mut found = interrupt::run(py, false, |_| derivative::derivatives(orbit, &numbers))?;
+    let mut found = interrupt::run(py, false, || derivative::derivatives(orbit, &numbers))?;
     for (i, own) in each.iter().enumerate() {
         if own.unit != 1.0 {
             scale(&mut found, i, own.unit);
@@ -117,7 +117,7 @@ pub(crate) fn of_callable<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let (start, make) = (vector("start", start)?, make.clone().unbind());
     let raised = Mutex::new(None);
-    let found = interrupt::run(py, false, |_| {
+    let found = interrupt::run(py, false, || {
         let make = |p: &[f64]| made(&make, (NumberSlice(p),), &raised);
         derived(orbit, &make, start.as_slice())
     });

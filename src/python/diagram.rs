@@ -5,7 +5,7 @@ use crate::python::array::{out_matrix, times, vector};
 use crate::python::orbit::PyOrbit;
 use crate::python::pattern::{out_pattern, stop_set};
 use crate::python::simulate::solver;
-use crate::python::sweep::{axis, fraction, scenes};
+use crate::python::sweep::{axis, scenes};
 use crate::python::text::shown;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt};
@@ -192,12 +192,9 @@ pub(crate) fn _bifurcation_diagram<'py>(
         solver: solver(method, rtol, atol)?,
         sweep: SweepOptions { threads },
     };
-    let found = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
-        let observer = &mut |p| observe(fraction(p));
-        match &axis {
-            Some(axis) => sweep::bifurcation_diagram(&models[0], axis, &options, observer),
-            None => sweep::bifurcation_diagram_of(&values, &models, &options, observer),
-        }
+    let found = interrupt::run_asking(py, progress, ask.as_ref(), || match &axis {
+        Some(axis) => sweep::bifurcation_diagram(&models[0], axis, &options),
+        None => sweep::bifurcation_diagram_of(&values, &models, &options),
     })?;
     let direction = found.is_up.iter().map(|&is_up| if is_up { 1 } else { -1 });
     let patterns = found.pattern.iter().map(|pattern| out_pattern(py, pattern));

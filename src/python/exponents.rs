@@ -1,6 +1,6 @@
 //! Lyapunov exponents in Python.
 
-use crate::exponents::{LyapunovOptions, lyapunov_exponents_observed};
+use crate::exponents::{LyapunovOptions, lyapunov_exponents};
 use crate::python::array::{out_matrix, vector};
 use crate::python::model::PyScene;
 use crate::python::simulate::{count, solver, span};
@@ -47,9 +47,8 @@ pub(crate) fn _lyapunov_exponents<'py>(
         solver: solver(method, rtol, atol)?,
     };
     let scene = &scene.0;
-    let found = interrupt::run(py, progress, |observe| {
-        let observer = &mut |t: f64| observe((t - start) / (end - start));
-        lyapunov_exponents_observed(scene, &q0, &v0, (start, end), &options, observer)
+    let found = interrupt::run(py, progress, || {
+        lyapunov_exponents(scene, &q0, &v0, (start, end), &options)
     })?;
     Ok((
         found.exponents.into_pyarray(py),

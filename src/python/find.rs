@@ -122,12 +122,9 @@ pub(crate) fn find_orbit(
         }
     };
     let scene = &scene.0;
-    let found = interrupt::run(py, false, |observe| {
-        let observer = &mut || observe(0.0);
-        match &pattern {
-            None => orbit::find_orbit_observed(scene, guess, n_periods, observer),
-            Some(pattern) => orbit::find_orbit_in_order(scene, guess, n_periods, pattern, observer),
-        }
+    let found = interrupt::run(py, false, || match &pattern {
+        None => orbit::find_orbit(scene, guess, n_periods),
+        Some(pattern) => orbit::find_orbit_in_order(scene, guess, n_periods, pattern),
     })?;
     Ok(PyOrbit(found))
 }

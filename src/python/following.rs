@@ -20,10 +20,10 @@ pub(crate) fn _continued_orbit(
 ) -> PyResult<PyOrbit> {
     let (start, p) = (vector("start", start)?, vector("p", p)?);
     let (own, raised) = (&orbit.0, Mutex::new(None));
-    let found = interrupt::run(py, false, |observe| {
+    let found = interrupt::run(py, false, || {
         let make = |p: &[f64]| made(&make, (NumberSlice(p),), &raised);
         let way = (start.as_slice(), p.as_slice());
-        derivative::follow_orbit(own, &make, way, &mut || observe(0.0))
+        derivative::follow_orbit(own, &make, way)
     });
     raised_or(found, raised).map(PyOrbit)
 }

@@ -1,7 +1,7 @@
 //! Long calls: the interpreter is released, and taken back every 50 ms to look for Ctrl-C and to show progress.
 
 use crate::error::Result;
-use crate::observer::with_asker;
+use crate::observer::with_observer;
 use pyo3::prelude::*;
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -29,12 +29,11 @@ pub(crate) fn progress_bar(py: Python<'_>, wanted: bool) -> PyResult<Option<Py<P
     ))
 }
 
-/// Runs `work` with the interpreter released. The observer it is given takes the fraction done and says whether to go on;
-/// an exception raised by a signal handler comes back as itself.
+/// Runs `work` with the interpreter released, and observed: an exception raised by a signal handler comes back as itself.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     progress: bool,
-    work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
+    work: impl FnOnce() -> Result<T> + Send,
 ) -> PyResult<T> {
     run_asking(py, progress, None, work)
 }
@@ -44,7 +43,7 @@ pub(crate) fn run_asking<T: Send>(
     py: Python<'_>,
     progress: bool,
     ask: Option<&Py<PyAny>>,
-    work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
+    work: impl FnOnce() -> Result<T> + Send,
 ) -> PyResult<T> {
     match run_keeping(py, progress, ask, work)? {
         (_, Some(raised)) => Err(raised),
@@ -57,7 +56,7 @@ pub(crate) fn run_keeping<T: Send>(
     py: Python<'_>,
     progress: bool,
     ask: Option<&Py<PyAny>>,
-    work: impl FnOnce(&mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<T> + Send,
+    work: impl FnOnce() -> Result<T> + Send,
 ) -> PyResult<(Result<T>, Option<PyErr>)> {
     let bar = progress_bar(py, progress)?;
     let shown = bar.as_ref().map(|b| b.clone_ref(py));
@@ -70,10 +69,7 @@ pub(crate) fn run_keeping<T: Send>(
             raised: RefCell::new(None),
         });
         let asked = Rc::clone(&polled);
-        let result = with_asker(
-            move || asked.poll(None),
-            || work(&mut |fraction| polled.poll(Some(fraction))),
-        );
+        let result = with_observer(move |fraction| asked.poll(fraction), work);
         (result, polled.raised.take())
     });
     if let Some(bar) = bar {
@@ -97,7 +93,7 @@ struct InterruptPoll {
 
 impl InterruptPoll {
     /// Polls if it is time, and says whether to go on.
-    fn poll(&self, fraction: Option<f64>) -> ControlFlow<()> {
+    fn poll(&self, fraction: f64) -> ControlFlow<()> {
         if self.raised.borrow().is_some() {
             return ControlFlow::Break(());
         }
@@ -106,8 +102,8 @@ impl InterruptPoll {
         }
         self.last.set(Instant::now());
         let answer = Python::attach(|py| -> PyResult<()> {
-            if let (Some(bar), Some(fraction)) = (&self.shown, fraction) {
-                bar.setattr(py, "n", fraction.clamp(0.0, 1.0))?;
+            if let Some(bar) = &self.shown {
+                bar.setattr(py, "n", fraction)?;
                 bar.call_method0(py, "refresh")?;
             }
             if let Some(ask) = &self.ask {

@@ -26,7 +26,7 @@ impl PyModes {
     fn new(py: Python<'_>, system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
         let system = system.clone();
         let core = &system.0;
-        let modes = interrupt::run(py, false, |_| modal::spectrum(core))?;
+        let modes = interrupt::run(py, false, || modal::spectrum(core))?;
         Ok(Self { modes, system })
     }
 

@@ -1,6 +1,6 @@
 //! A periodic orbit in Python.
 
-use crate::observer::stop_if;
+use crate::observer::unless_broken_off;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
 use crate::path::Stretch;
 use crate::python::answered::no_attribute;
@@ -30,17 +30,13 @@ pub(crate) struct PyOrbit(pub PeriodicOrbit);
 impl PyOrbit {
     /// The orbit, judged: searched for violations on the first call, which may be long.
     fn judged(&self, py: Python<'_>) -> PyResult<&PeriodicOrbit> {
-        interrupt::run(py, false, |observe| {
-            self.0.is_admissible_observed(&mut || observe(0.0))
-        })?;
+        interrupt::run(py, false, || self.0.try_is_admissible())?;
         Ok(&self.0)
     }
 
     /// The orbit's stability, computed on the first call, which may be long.
     fn decided(&self, py: Python<'_>) -> PyResult<&Stability> {
-        interrupt::run(py, false, |observe| {
-            self.0.stability_observed(&mut || observe(0.0))
-        })
+        interrupt::run(py, false, || self.0.stability())
     }
 
     fn states(
@@ -60,9 +56,9 @@ impl PyOrbit {
             times.len(),
             4 * orbit.scene().n_dof(),
         )?;
-        let states = interrupt::run(t.py(), false, |observe| {
+        let states = interrupt::run(t.py(), false, || {
             let state = |&t: &f64| {
-                stop_if(observe(0.0))?;
+                unless_broken_off()?;
                 Ok(orbit.state(t, before))
             };
             times.iter().map(state).collect::<crate::Result<Vec<_>>>()
@@ -196,7 +192,7 @@ impl PyOrbit {
         let direction = normal("direction", direction)?;
         let (order, side) = (self::derivative(derivative)?, self::side(side)?);
         let ((times, is_single), orbit) = (times("t", t)?, &self.0);
-        let values = interrupt::run(py, false, |_| orbit.along(direction, &times, order, side))?;
+        let values = interrupt::run(py, false, || orbit.along(direction, &times, order, side))?;
         out_values(py, values, is_single)
     }
 
@@ -230,7 +226,7 @@ impl PyOrbit {
         let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
         let (orbit, n) = (&self.0, self.0.scene().n_dof());
         room_for("the accelerations at these times", times.len(), 2 * n)?;
-        let rows = interrupt::run(py, false, |_| orbit.accelerations(&times, side))?;
+        let rows = interrupt::run(py, false, || orbit.accelerations(&times, side))?;
         out_states(py, &rows, n, is_single)
     }
 
@@ -259,7 +255,7 @@ impl PyOrbit {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
         let orbit = &self.0;
-        let values = interrupt::run(py, false, |_| orbit.gap(stop, &times))?;
+        let values = interrupt::run(py, false, || orbit.gap(stop, &times))?;
         out_values(py, values, is_single)
     }
 
@@ -290,7 +286,7 @@ impl PyOrbit {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
         let orbit = &self.0;
-        let values = interrupt::run(py, false, |_| orbit.contact_force(stop, &times))?;
+        let values = interrupt::run(py, false, || orbit.contact_force(stop, &times))?;
         out_values(py, values, is_single)
     }
 
@@ -332,7 +328,7 @@ impl PyOrbit {
     ) -> PyResult<f64> {
         let (stop, span) = (stop_index("stop", stop)?, window(span)?);
         let orbit = &self.0;
-        interrupt::run(py, false, |_| orbit.impulse(stop, span))
+        interrupt::run(py, false, || orbit.impulse(stop, span))
     }
 
     /// Impacts of one period: structured array of time [s], stop, speed_before, speed_after [m/s], impulse [N s], phase [rad].
@@ -346,7 +342,7 @@ impl PyOrbit {
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let orbit = &self.0;
-        let segments = interrupt::run(py, false, |_| orbit.segments())?;
+        let segments = interrupt::run(py, false, || orbit.segments())?;
         out_segments(py, &segments)
     }
 
@@ -360,9 +356,7 @@ impl PyOrbit {
     #[getter]
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let orbit = &self.0;
-        let energy = interrupt::run(py, false, |observe| {
-            orbit.energy_observed(&mut || observe(0.0))
-        })?;
+        let energy = interrupt::run(py, false, || orbit.energy())?;
         Ok(PyEnergy(energy))
     }
 
@@ -460,7 +454,7 @@ impl PyOrbit {
     #[getter]
     fn min_gap<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let orbit = &self.0;
-        let found = interrupt::run(py, false, |_| orbit.min_gap())?;
+        let found = interrupt::run(py, false, || orbit.min_gap())?;
         Ok(found.into_pyarray(py))
     }
 
@@ -468,7 +462,7 @@ impl PyOrbit {
     #[getter]
     fn max_displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let orbit = &self.0;
-        let found = interrupt::run(py, false, |_| orbit.max_displacement())?;
+        let found = interrupt::run(py, false, || orbit.max_displacement())?;
         Ok(found.into_pyarray(py))
     }
 
@@ -698,14 +692,14 @@ pub(crate) fn _restore_orbit(
     };
     let (py, pattern) = (pattern.py(), self::pattern(pattern)?);
     let scene = &scene.0;
-    let orbit = interrupt::run(py, false, |_| PeriodicOrbit::restore(scene, pattern, saved))?;
+    let orbit = interrupt::run(py, false, || PeriodicOrbit::restore(scene, pattern, saved))?;
     Ok(PyOrbit(orbit))
 }
 
 /// Refuses an orbit from a file that its scene cannot have.
 #[pyfunction]
 pub(crate) fn _check_orbit(py: Python<'_>, orbit: &PyOrbit) -> PyResult<()> {
-    interrupt::run(py, false, |_| orbit.0.check_kept())
+    interrupt::run(py, false, || orbit.0.check_kept())
 }
 
 /// How many periods of the forcing an orbit has, and from which phase on; nothing without forcing. A whole turn is none.

@@ -308,8 +308,8 @@ pub(crate) fn periodic_orbits(
         between,
     };
     let core = &scene.0;
-    let orbits = interrupt::run(py, false, |observe| {
-        orbit::periodic_orbits_observed(core, &pattern, &options, &mut || observe(0.0))
+    let orbits = interrupt::run(py, false, || {
+        orbit::periodic_orbits(core, &pattern, &options)
     })?;
     PyOrbits::wrap(py, orbits)
 }

@@ -198,11 +198,8 @@ pub(crate) fn simulate(
             "derivatives are asked for, which need keep=\"motion\" and no ramp",
         ));
     }
-    let length = t_span.1 - t_span.0;
-    let core = interrupt::run(py, progress, |observe| {
-        core::simulate_observed(model, &q0, &v0, t_span, &options, &mut |t| {
-            observe((t - t_span.0) / length)
-        })
+    let core = interrupt::run(py, progress, || {
+        core::simulate(model, &q0, &v0, t_span, &options)
     })?;
     let Some(names) = names else {
         return Ok(PyTrajectory::new(core));

@@ -15,7 +15,7 @@ use crate::python::simulate::{count, keep, solver, span};
 use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use crate::simulate::{Samples, SimulateOptions};
-use crate::sweep::{self, Axis, ExistencePoint, Progress, Scenes, SweepOptions};
+use crate::sweep::{self, Axis, ExistencePoint, Scenes, SweepOptions};
 use nalgebra::DMatrix;
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -101,14 +101,6 @@ fn question(
     })
 }
 
-pub(super) fn fraction(p: Progress) -> f64 {
-    if p.total == 0 {
-        1.0
-    } else {
-        p.done as f64 / p.total as f64
-    }
-}
-
 /// All cells of a map, row by row, on threads.
 #[pyfunction]
 pub(crate) fn _existence_cells<'py>(
@@ -124,16 +116,9 @@ pub(crate) fn _existence_cells<'py>(
 ) -> PyResult<Cells<'py>> {
     let q = question(&scene.0, pattern, &x, &y, n_periods)?;
     let model = &scene.0;
-    let map = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
+    let map = interrupt::run_asking(py, progress, ask.as_ref(), || {
         let options = SweepOptions { threads };
-        sweep::existence_map(
-            model,
-            &q.pattern,
-            (&q.x, &q.y),
-            q.n_periods,
-            options,
-            &mut |p| observe(fraction(p)),
-        )
+        sweep::existence_map(model, &q.pattern, (&q.x, &q.y), q.n_periods, options)
     })?;
     let cells: Vec<ExistencePoint> = (0..map.y.len())
         .flat_map(|j| (0..map.x.len()).map(move |i| (i, j)))
@@ -167,8 +152,8 @@ pub(crate) fn _existence_at(
 ) -> PyResult<(u32, bool, bool, f64)> {
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
-    let cell = interrupt::run_asking(py, false, ask.as_ref(), |observe| {
-        sweep::existence_at_observed(model, &pattern, n_periods, &mut || observe(0.0))
+    let cell = interrupt::run_asking(py, false, ask.as_ref(), || {
+        sweep::existence_at(model, &pattern, n_periods)
     })?;
     Ok((
         cell.n_orbits,
@@ -278,15 +263,14 @@ pub(crate) fn _simulate_rows<'py>(
         max_impacts,
         ramps: ramps(ramp)?,
     };
-    let ends = interrupt::run_asking(py, progress, ask.as_ref(), |observe| {
+    let ends = interrupt::run_asking(py, progress, ask.as_ref(), || {
         let sweep = SweepOptions { threads };
-        let observer = &mut |p| observe(fraction(p));
         let scenes = if is_one {
             Scenes::One(&models[0])
         } else {
             Scenes::Each(&models)
         };
-        sweep::simulate_many(scenes, (&q0, &v0), t_span, &options, sweep, observer)
+        sweep::simulate_many(scenes, (&q0, &v0), t_span, &options, sweep)
             .map_err(|error| counted_from(first, error))
     })?;
     let counts = ends.n_impacts.iter();

@@ -1,7 +1,7 @@
 //! Trajectories in Python.
 
 use crate::model::Parameter;
-use crate::observer::stop_if;
+use crate::observer::unless_broken_off;
 use crate::python::answered::no_attribute;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::derivative::OfRun;
@@ -51,7 +51,7 @@ impl PyTrajectory {
     fn samples(&self, py: Python<'_>) -> PyResult<&Samples> {
         if self.samples.get().is_none() {
             let core = &self.core;
-            let samples = interrupt::run(py, false, |_| core.samples())?;
+            let samples = interrupt::run(py, false, || core.samples())?;
             let _ = self.samples.set(samples);
         }
         self.samples
@@ -72,9 +72,9 @@ impl PyTrajectory {
             times.len(),
             4 * core.scene().n_dof(),
         )?;
-        let states = interrupt::run(t.py(), false, |observe| {
+        let states = interrupt::run(t.py(), false, || {
             let state = |&t: &f64| {
-                stop_if(observe(0.0))?;
+                unless_broken_off()?;
                 core.state(t, side)
             };
             times.iter().map(state).collect::<crate::Result<Vec<_>>>()
@@ -93,7 +93,7 @@ impl PyTrajectory {
             return Ok(samples.0.clone().into_pyarray(py));
         }
         let core = &self.core;
-        let times = interrupt::run(py, false, |_| core.sample_times())?;
+        let times = interrupt::run(py, false, || core.sample_times())?;
         Ok(times.into_pyarray(py))
     }
 
@@ -207,7 +207,7 @@ impl PyTrajectory {
         let direction = normal("direction", direction)?;
         let (order, side) = (self::derivative(derivative)?, self::side(side)?);
         let ((times, is_single), core) = (times_or_points(t)?, &self.core);
-        let values = interrupt::run(py, false, |_| {
+        let values = interrupt::run(py, false, || {
             core.along(direction, times.as_deref(), order, side)
         })?;
         out_values(py, values, is_single)
@@ -243,7 +243,7 @@ impl PyTrajectory {
         let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
         let (core, n) = (&self.core, self.core.scene().n_dof());
         room_for("the accelerations at these times", times.len(), 2 * n)?;
-        let rows = interrupt::run(py, false, |_| core.accelerations(&times, side))?;
+        let rows = interrupt::run(py, false, || core.accelerations(&times, side))?;
         out_states(py, &rows, n, is_single)
     }
 
@@ -282,7 +282,7 @@ impl PyTrajectory {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
         let core = &self.core;
-        let values = interrupt::run(py, false, |_| core.gap(stop, times.as_deref()))?;
+        let values = interrupt::run(py, false, || core.gap(stop, times.as_deref()))?;
         out_values(py, values, is_single)
     }
 
@@ -323,7 +323,7 @@ impl PyTrajectory {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
         let core = &self.core;
-        let values = interrupt::run(py, false, |_| core.contact_force(stop, times.as_deref()))?;
+        let values = interrupt::run(py, false, || core.contact_force(stop, times.as_deref()))?;
         out_values(py, values, is_single)
     }
 
@@ -370,7 +370,7 @@ impl PyTrajectory {
     ) -> PyResult<f64> {
         let (stop, span) = (stop_index("stop", stop)?, window(span)?);
         let core = &self.core;
-        interrupt::run(py, false, |_| core.impulse(stop, span))
+        interrupt::run(py, false, || core.impulse(stop, span))
     }
 
     /// Value of a number that a ramp moves.
@@ -473,9 +473,7 @@ impl PyTrajectory {
     #[getter]
     fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
         let core = &self.core;
-        let energy = interrupt::run(py, false, |observe| {
-            core.energy_observed(&mut || observe(0.0))
-        })?;
+        let energy = interrupt::run(py, false, || core.energy())?;
         Ok(PyEnergy(energy))
     }
 
@@ -485,7 +483,7 @@ impl PyTrajectory {
     #[getter]
     fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let core = &self.core;
-        let segments = interrupt::run(py, false, |_| core.segments())?;
+        let segments = interrupt::run(py, false, || core.segments())?;
         out_segments(py, &segments)
     }
 
@@ -731,7 +729,7 @@ pub(crate) fn _restore_trajectory(
         samples,
     };
     let scene = &scene.0;
-    let core = interrupt::run(py, false, |_| Trajectory::restore(scene, saved))?;
+    let core = interrupt::run(py, false, || Trajectory::restore(scene, saved))?;
     Ok(match derived {
         Some(derived) => PyTrajectory::with_derivatives(core, derived),
         None => PyTrajectory::new(core),
@@ -741,5 +739,5 @@ pub(crate) fn _restore_trajectory(
 /// Refuses a trajectory from a file that its scene cannot have.
 #[pyfunction]
 pub(crate) fn _check_trajectory(py: Python<'_>, trajectory: &PyTrajectory) -> PyResult<()> {
-    interrupt::run(py, false, |_| trajectory.core.check_kept())
+    interrupt::run(py, false, || trajectory.core.check_kept())
 }

@@ -6,7 +6,6 @@ use crate::event::roots::{roots_of, value as value_of};
 use crate::model::PhysicalState;
 use crate::model::chebyshev::CHEBYSHEV_NODES;
 use crate::model::function_pieces::{Layout, polynomial_pieces};
-use crate::observer::go_on_unless_broken_off;
 use crate::path::Path;
 use crate::section::motion::Sectioned;
 use crate::tolerance::{ROOM_ROUNDING, TIME_ROUNDING};
@@ -97,7 +96,7 @@ fn rises(
         known_to: ROOM_ROUNDING,
         ..Layout::of_span((0.0, span))
     };
-    for piece in polynomial_pieces(&mut function, layout, &mut go_on_unless_broken_off)? {
+    for piece in polynomial_pieces(&mut function, layout)? {
         let roots = roots_of::<CHEBYSHEV_NODES>(&piece.powers);
         let ends = std::iter::once(&0.0).chain(roots.slice());
         let nexts = roots.slice().iter().chain([&1.0]);

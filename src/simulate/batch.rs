@@ -6,7 +6,7 @@ use crate::flow::{BatchMotion, SeriesOf};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::{Dynamics, PhysicalState};
-use crate::observer::{Observer, ObserverFn};
+use crate::observer::Observer;
 use crate::simulate::by_method::SeriesRun;
 use crate::simulate::event_loop::Ending;
 use crate::simulate::record::Record;
@@ -58,7 +58,6 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         &mut self,
         mut items: impl Iterator<Item = usize>,
         start: impl Fn(usize) -> PhysicalState,
-        go_on: ObserverFn<'_>,
         put: &mut dyn FnMut(usize, Option<Done>),
     ) -> std::result::Result<(), Failure> {
         let (t0, t_end) = self.t_span;
@@ -66,7 +65,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
             (lane.item, lane.flight) = (None, None);
         }
         let work = self.lanes[0].run.flow.free.search.work();
-        let mut observer = Observer::new(go_on);
+        let mut observer = Observer::default();
         loop {
             for (m, lane) in self.lanes.iter_mut().enumerate() {
                 while lane.item.is_none()
@@ -138,7 +137,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         series: &mut SeriesOf<K>,
         m: usize,
         t_end: f64,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Option<Ending>> {
         let Run {
             flow,

@@ -8,7 +8,6 @@ use crate::observer::Observer;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
-use std::cell::Cell;
 use std::ops::ControlFlow;
 
 /// Events at one instant, without an impact, after which a run gives up: it ends with `Status::UnresolvedContact`. [work]
@@ -43,13 +42,10 @@ impl EventLoop {
         t_end: f64,
         options: &SimulateOptions,
         record: &mut Record,
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Ending> {
         let system = flow.system();
         let goal = system.clock().at(t_end);
-        let now = Cell::new(system.clock().time());
-        let mut ask = || observer(now.get());
-        let mut observer = Observer::new(&mut ask);
+        let mut observer = Observer::at(system.clock().time());
         observer.ask()?;
         let work = system.work_of_flight();
         loop {
@@ -66,12 +62,13 @@ impl EventLoop {
                 &mut observer,
             )?;
             let system = flow.system();
-            now.set(system.clock().time());
+            let now = system.clock().time();
+            observer.at = Some(now);
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
                 return Ok(ending);
             }
             if record.monitor.is_done {
-                return Ok(self.ended(now.get(), Status::Finished));
+                return Ok(self.ended(now, Status::Finished));
             }
         }
     }

@@ -39,6 +39,6 @@ pub(crate) use pieces::RunPiece;
 pub use plan::{plan, plan_under};
 pub(crate) use run::{Done, Run};
 pub use saved::SavedTrajectory;
-pub use simulation::{simulate, simulate_observed};
+pub use simulation::simulate;
 pub use solver::Solver;
 pub use trajectory::Trajectory;

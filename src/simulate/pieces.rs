@@ -9,7 +9,6 @@ use crate::simulate::options::{SimulateOptions, Status};
 use crate::simulate::record::Record;
 use crate::simulate::run::Run;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Impacts in a piece of a run. [work]
@@ -47,7 +46,6 @@ impl<M: AnyLoop> Run<'_, M> {
         (q0, v0): (&DVector<f64>, &DVector<f64>),
         (start, end): (f64, f64),
         every: Option<f64>,
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
         take: &mut dyn FnMut(RunPiece) -> Result<()>,
     ) -> Result<Ending> {
         let mut record = Record::new(self.options, self.n_dof);
@@ -71,7 +69,7 @@ impl<M: AnyLoop> Run<'_, M> {
                     max_impacts: Some(events.stats().n_impacts + IMPACTS_PER_PIECE),
                     ..(*options).clone()
                 };
-                events.go_on(flow, to, &some, &mut record, observer)?
+                events.go_on(flow, to, &some, &mut record)?
             };
             let is_last = is_over
                 || match ended.status {

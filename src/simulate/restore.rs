@@ -7,7 +7,6 @@ use crate::hybrid::{Graze, SegmentKind, regime_motions};
 use crate::impact::{Impact, wrapped};
 use crate::law::Regime;
 use crate::model::Scene;
-use crate::observer::go_on_unless_broken_off;
 use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
@@ -79,7 +78,7 @@ impl Trajectory {
         let schedule = (!ramps.is_empty())
             .then(|| {
                 let span = (saved.span.0, until);
-                Schedule::new(scene, &ramps, span, &mut go_on_unless_broken_off)
+                Schedule::new(scene, &ramps, span)
             })
             .transpose()?;
         check_chapters(

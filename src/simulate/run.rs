@@ -9,7 +9,6 @@ use crate::simulate::monitor::RunMonitor;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// The outcome of a run.
@@ -58,7 +57,6 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         q0: &DVector<f64>,
         v0: &DVector<f64>,
         t_span: (f64, f64),
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
         let mut record = Record::new(self.options, self.n_dof);
         let ending = if let Some(ending) = self.begin((q0, v0, t_span.0), &mut record)? {
@@ -66,7 +64,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         } else {
             let flow = self.flow.taken();
             self.events
-                .go_on(flow, t_span.1, self.options, &mut record, observer)?
+                .go_on(flow, t_span.1, self.options, &mut record)?
         };
         self.finish(ending, record)
     }
@@ -78,7 +76,6 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         (q0, v0): (&DVector<f64>, &DVector<f64>),
         (start, end): (f64, f64),
         (monitor, every): (Box<dyn RunMonitor>, f64),
-        observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Done> {
         let mut record = Record::new(self.options, self.n_dof);
         record.monitor.monitor = Some(monitor);
@@ -96,7 +93,7 @@ impl<'a, M: AnyLoop> Run<'a, M> {
                 break ending;
             }
             let to = end.min(start + every * f64::from(parts));
-            let ended = events.go_on(flow, to, options, &mut record, observer)?;
+            let ended = events.go_on(flow, to, options, &mut record)?;
             let goes_on = ended.status == Status::Finished && !record.monitor.is_done && to < end;
             ending = if goes_on {
                 events.go_past(flow.system(), to, &mut record)?

@@ -6,7 +6,6 @@ use crate::hybrid::clock::Clock;
 use crate::model::{
     Drift, Parameter, Ramp, RampProfile, RampRange, Scene, SteadyRamp, StopNumber, drifting,
 };
-use crate::observer::ObserverFn;
 use crate::tolerance::DWELL_ROUNDING;
 use std::f64::consts::TAU;
 
@@ -107,12 +106,7 @@ impl Schedule {
     /// # Errors
     /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so;
     /// `Error::Interrupted` where the answer to whether to go on is to break off.
-    pub fn new(
-        scene: &Scene,
-        ramps: &[Ramp],
-        span: (f64, f64),
-        go_on: ObserverFn<'_>,
-    ) -> Result<Self> {
+    pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
         let mut builder = ScheduleBuilder {
             steady: scene.clone(),
             levels: Vec::new(),
@@ -138,7 +132,7 @@ impl Schedule {
         let mut chapters = Vec::new();
         loop {
             let end = builder.next_change().min(span.1);
-            chapters.push(builder.chapter(end, go_on)?);
+            chapters.push(builder.chapter(end)?);
             if end >= span.1 {
                 break;
             }
@@ -284,7 +278,7 @@ impl ScheduleBuilder {
     }
 
     /// The chapter from now to a time.
-    fn chapter(&self, end: f64, go_on: ObserverFn<'_>) -> Result<Chapter> {
+    fn chapter(&self, end: f64) -> Result<Chapter> {
         let (drift, span) = (self.drift(), (self.now, end));
         let mut scene = self.steady.clone();
         let [force, damping] = self.factors;
@@ -294,7 +288,7 @@ impl ScheduleBuilder {
         if damping != 1.0 {
             scene = scene.replace(Parameter::DampingScale.change(damping))?;
         }
-        let scene = drifting(&scene, &drift, span, go_on)?;
+        let scene = drifting(&scene, &drift, span)?;
         let restitutions = self.drifting_stops(StopNumber::Restitution);
         let damping = self.drifting(Parameter::DampingScale);
         Ok(Chapter {

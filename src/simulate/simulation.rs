@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::AnyLoop;
 use crate::linalg::singular::overflow;
 use crate::model::Scene;
+use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::by_method::{RunVisitor, visit_runs};
@@ -15,7 +16,6 @@ use crate::simulate::run::{Done, Run};
 use crate::simulate::schedule::Schedule;
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Simulates a scene from `(q0, v0)` over a span of time.
@@ -33,6 +33,9 @@ use std::sync::Arc;
 /// a graze, listed and no impact, and so is a gap that stays within it. Tolerances have a say at the start alone: a gap within
 /// the margin `10 (atol |n|_1 + rtol * size)` (of an `atol` that is not given 1e-11 of the gap's length) below zero is closed, and the start is moved onto its stop. Exact flights have
 /// errors of rounding alone: tolerances looser than the default do not widen their margin.
+///
+/// The observer of the thread ([`with_observer`](crate::with_observer)) is told the part of the span that is done. The eigenproblem of order
+/// 2n at the first lasting contact of exact flights is one piece of work, in which it is not asked: a second or more for n = 200.
 ///
 /// # Errors
 /// Arrays of the wrong length or not finite, a span that runs backwards, a start deeper inside a stop than that margin,
@@ -61,24 +64,6 @@ pub fn simulate(
     t_span: (f64, f64),
     options: &SimulateOptions,
 ) -> Result<Trajectory> {
-    simulate_observed(scene, q0, v0, t_span, options, &mut |_| {
-        ControlFlow::Continue(())
-    })
-}
-
-/// [`simulate()`], asking `observer` from time to time, with the time reached, whether to go on. The eigenproblem of order 2n at
-/// the first lasting contact of exact flights is one piece of work, in which it is not asked: a second or more for n = 200.
-///
-/// # Errors
-/// As [`simulate()`]; `Error::Interrupted` when the observer breaks off.
-pub fn simulate_observed(
-    scene: &Scene,
-    q0: &DVector<f64>,
-    v0: &DVector<f64>,
-    t_span: (f64, f64),
-    options: &SimulateOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Trajectory> {
     finite_vector("q0", q0, scene.n_dof())?;
     finite_vector("v0", v0, scene.n_dof())?;
     options.check(t_span)?;
@@ -89,6 +74,7 @@ pub fn simulate_observed(
         let rule = "the motion grows beyond the largest number in it";
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
+    let _range = ProgressRange::over(t_span.0, t_span.1);
     check_jacobian(options.solver.method, scene, t_span.0, (q0, v0))?;
     let fly = |scene: &Scene, options: &SimulateOptions, one: OneRun<'_>| {
         visit_runs(scene, options, one).map_err(|e| if e == overflow() { beyond() } else { e })
@@ -98,7 +84,6 @@ pub fn simulate_observed(
             start: (q0, v0),
             t_span,
             n_impacts: 0,
-            observer,
         };
         let mut whole = Gathered::new(scene, None);
         whole.add(t_span.0, fly(scene, options, one)?);
@@ -107,7 +92,7 @@ pub fn simulate_observed(
     let ramped = Arc::new(Ramped {
         ramps: options.ramps.clone(),
         until: t_span.1,
-        schedule: Schedule::new(scene, &options.ramps, t_span, &mut || observer(t_span.0))?,
+        schedule: Schedule::new(scene, &options.ramps, t_span)?,
     });
     let mut whole = Gathered::new(scene, Some(Arc::clone(&ramped)));
     let mut state = (q0.clone(), v0.clone());
@@ -117,7 +102,6 @@ pub fn simulate_observed(
             start: (&state.0, &state.1),
             t_span: chapter.span,
             n_impacts: whole.n_impacts(),
-            observer,
         };
         match fly(&chapter.scene, &own, one) {
             Err(error) if chapter.span.0 > t_span.0 && error.is_about("q0") => {
@@ -140,7 +124,6 @@ struct OneRun<'s> {
     t_span: (f64, f64),
     /// Impacts before it.
     n_impacts: usize,
-    observer: &'s mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 
 impl RunVisitor for OneRun<'_> {
@@ -156,7 +139,7 @@ impl RunVisitor for OneRun<'_> {
         let (q0, v0) = self.start;
         let mut run = make();
         run.events.n_before = self.n_impacts;
-        let done = run.run(q0, v0, self.t_span, self.observer)?;
+        let done = run.run(q0, v0, self.t_span)?;
         if let Evaluator::Exact { regimes, .. } = &mut evaluator {
             regimes.clone_from(&done.regimes);
         }

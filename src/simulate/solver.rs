@@ -47,9 +47,11 @@ impl Solver {
         }
     }
 
+    /// Whether the tolerances are ones.
+    ///
     /// # Errors
     /// A tolerance that is negative or not finite.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let given = [("rtol", Some(self.rtol)), ("atol", self.atol)];
         for (name, value) in given.iter().filter_map(|(name, x)| Some((*name, (*x)?))) {
             if !(value.is_finite() && value >= 0.0) {

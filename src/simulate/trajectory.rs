@@ -10,7 +10,6 @@ use crate::path::{Energy, ImpactSide, Path, Samples, Segment, Stretch, check_tim
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// A simulated motion.
@@ -170,15 +169,7 @@ impl Trajectory {
     /// # Errors
     /// A trajectory that does not keep its motion; a system given by functions without its mass matrix or its potential.
     pub fn energy(&self) -> Result<Energy> {
-        self.energy_observed(&mut || ControlFlow::Continue(()))
-    }
-
-    /// [`energy`](Self::energy), asking `observer` from time to time whether to go on.
-    ///
-    /// # Errors
-    /// As [`energy`](Self::energy); `Error::Interrupted` when the observer breaks off.
-    pub fn energy_observed(&self, observer: &mut dyn FnMut() -> ControlFlow<()>) -> Result<Energy> {
-        let (mut all, mut observer) = (Energy::default(), Observer::new(observer));
+        let (mut all, mut observer) = (Energy::default(), Observer::default());
         let mut places = self.places(None, ImpactSide::After)?.into_iter().peekable();
         for chapter in 0..self.chapters.len() {
             let (path, scene) = self.kept(chapter)?;

@@ -3,9 +3,8 @@
 
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::observer::ObserverFn;
 use crate::section::{Motion, Section, points_of};
-use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate_observed};
+use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_COUNTED_SPAN, QUIET_EVALUATIONS, QUIET_SPAN_RATIO};
 
 /// How often the span of a run is doubled at most. [work]
@@ -19,17 +18,16 @@ pub(super) fn until(
     (state, start): (&PhysicalState, f64),
     (count, section): (usize, &Section),
     options: &SimulateOptions,
-    go_on: ObserverFn<'_>,
 ) -> Result<Trajectory> {
     let (mut most, mut span) = (count, FIRST_COUNTED_SPAN);
-    let mut run = |most: usize, span: f64| {
+    let run = |most: usize, span: f64| {
         let own = SimulateOptions {
             keep: Keep::Motion,
             max_impacts: Some(most),
             ..options.clone()
         };
         let (q, v) = state;
-        simulate_observed(scene, q, v, (start, start + span), &own, &mut |_| go_on())
+        simulate(scene, q, v, (start, start + span), &own)
     };
     loop {
         let found = run(most, span)?;

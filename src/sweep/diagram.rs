@@ -3,22 +3,19 @@
 use crate::error::{Error, Result};
 use crate::hybrid::joined;
 use crate::model::{PhysicalState, Scene};
-use crate::observer::ObserverFn;
+use crate::observer::ProgressRange;
 use crate::orbit::{Pattern, depends_on_own_time};
-use crate::quantity::finite_vector;
+use crate::quantity::{at_least_one, finite, finite_vector};
 use crate::section::{
     Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
 };
-use crate::simulate::{
-    Keep, SimulateOptions, Solver, Status, Trajectory, put_onto, simulate_observed,
-};
+use crate::simulate::{Keep, SimulateOptions, Solver, Status, Trajectory, put_onto, simulate};
 use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
 use crate::sweep::existence::Axis;
-use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::sweep::tiles::{SweepOptions, fill};
 use crate::tolerance::DIAGRAM_LONGEST_PERIOD;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 
 /// In which order the values are gone through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -103,7 +100,8 @@ struct AtValue {
 /// Follows a motion over the values of a number of its scene, its transients left out. At each value `transient` periods of the
 /// forcing are left out and `periods` looked at, at a phase or after impacts.
 ///
-/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+/// The observer of the calling thread ([`with_observer`](crate::with_observer)) is told from time to time and at the end; breaking off stops
+/// every thread.
 ///
 /// # Errors
 /// Values that are none, or that the number may not take; no periods to look at; a phase of a scene without a forcing period; as
@@ -114,15 +112,13 @@ struct AtValue {
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Axis, DiagramOptions, Harmonic, LinearSystem, Parameter, Scene, Stop, bifurcation_diagram};
 /// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
 /// let force = Harmonic::new(dvector![5.0.into()], 2.4, 0.0)?;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let axis = Axis::new(Parameter::ForcingScale, [1.0, 1.3, 2.0]);
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let diagram = bifurcation_diagram(&scene, &axis, &DiagramOptions::default(), go_on)?;
+/// let diagram = bifurcation_diagram(&scene, &axis, &DiagramOptions::default())?;
 /// // Chaos, and beyond the doubling at 7.73/5 one impact in each period.
 /// assert_eq!(diagram.n_periods[2], 1);
 /// # Ok::<(), vibroimpact::Error>(())
@@ -131,7 +127,6 @@ pub fn bifurcation_diagram(
     scene: &Scene,
     axis: &Axis,
     options: &DiagramOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<BifurcationDiagram> {
     let made = |(i, &value): (usize, &f64)| {
         let checked = axis.parameter.check(value);
@@ -141,7 +136,7 @@ pub fn bifurcation_diagram(
     let scenes: Vec<Scene> = (axis.values.iter().enumerate())
         .map(made)
         .collect::<Result<_>>()?;
-    bifurcation_diagram_of(&axis.values, &scenes, options, observer)
+    bifurcation_diagram_of(&axis.values, &scenes, options)
 }
 
 /// The same of scenes, one for each value.
@@ -152,7 +147,6 @@ pub fn bifurcation_diagram_of(
     values: &[f64],
     scenes: &[Scene],
     options: &DiagramOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<BifurcationDiagram> {
     check(values, scenes, options)?;
     let mut up: Vec<usize> = (0..values.len()).collect();
@@ -170,10 +164,10 @@ pub fn bifurcation_diagram_of(
         ways.iter().flat_map(|(_, way)| way.chunks(1)).collect()
     };
     let mut parts: Vec<Vec<AtValue>> = vec![Vec::new(); pieces.len()];
-    let work = |(): &mut (), piece: usize, go_on: ObserverFn<'_>| {
-        along(pieces[piece].iter().map(|&k| &scenes[k]), options, go_on)
-    };
-    fill(&mut parts, 1, options.sweep, || Ok(()), work, observer)?;
+    let _range = ProgressRange::over(0.0, pieces.len() as f64);
+    let work =
+        |(): &mut (), piece: usize| along(pieces[piece].iter().map(|&k| &scenes[k]), options);
+    fill(&mut parts, 1, options.sweep, || Ok(()), work)?;
     let all: Vec<AtValue> = parts.into_iter().flatten().collect();
     let each = ways
         .iter()
@@ -217,17 +211,11 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
         );
         return Err(Error::bad_shape("scenes", found, wanted));
     }
-    if let Some(i) = values.iter().position(|x| !x.is_finite()) {
-        return Err(Error::bad_value(
-            format!("axis[{i}]"),
-            values[i],
-            "it must be finite",
-        ));
+    for (i, &value) in values.iter().enumerate() {
+        finite(&format!("axis[{i}]"), value)?;
     }
-    run_options(options).check((0.0, 0.0))?;
-    if options.periods == 0 {
-        return Err(Error::bad_value("periods", 0, "it must be at least 1"));
-    }
+    options.solver.check()?;
+    at_least_one("periods", options.periods)?;
     let n = Scenes::Each(scenes).n_dof()?;
     for scene in scenes {
         if scene.period().is_none() && !matches!(options.section, Section::Impacts(_)) {
@@ -247,13 +235,12 @@ fn check(values: &[f64], scenes: &[Scene], options: &DiagramOptions) -> Result<(
 fn along<'s>(
     scenes: impl Iterator<Item = &'s Scene>,
     options: &DiagramOptions,
-    go_on: ObserverFn<'_>,
 ) -> Result<Vec<AtValue>> {
     let mut state = options.start.clone();
     let mut all = Vec::new();
     for scene in scenes {
         let rest = || (DVector::zeros(scene.n_dof()), DVector::zeros(scene.n_dof()));
-        let found = at_value(scene, state.unwrap_or_else(rest), options, go_on)?;
+        let found = at_value(scene, state.unwrap_or_else(rest), options)?;
         state = Some(found.last.clone());
         all.push(found);
     }
@@ -265,20 +252,14 @@ fn run_options(options: &DiagramOptions) -> SimulateOptions {
 }
 
 /// What a motion from a state settles on.
-fn at_value(
-    scene: &Scene,
-    state: PhysicalState,
-    options: &DiagramOptions,
-    go_on: ObserverFn<'_>,
-) -> Result<AtValue> {
+fn at_value(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Result<AtValue> {
     let run = run_options(options);
     let (q, v) = put_onto(scene, state, 0.0, &run)?;
     let Some(period) = scene.period() else {
-        return by_impacts(scene, (q, v), options, go_on);
+        return by_impacts(scene, (q, v), options);
     };
-    let observer = &mut |_: f64| go_on();
     let span = (0.0, options.transient as f64 * period);
-    let transient = simulate_observed(scene, &q, &v, span, &run, observer)?;
+    let transient = simulate(scene, &q, &v, span, &run)?;
     let seen = SimulateOptions {
         keep: Keep::Motion,
         ..run
@@ -287,7 +268,7 @@ fn at_value(
     let start = transient.t_end();
     let span = (start, start + options.periods as f64 * period);
     let (q, v) = transient.last();
-    let seen = simulate_observed(scene, q, v, span, &seen, observer)?;
+    let seen = simulate(scene, q, v, span, &seen)?;
     let motion = Motion::Trajectory(&seen);
     let mut points = points_of(&motion, &options.section)?;
     if let Section::Phase(_) = options.section {
@@ -307,23 +288,12 @@ fn at_value(
 }
 
 /// The same where the forcing has no period: impacts are counted.
-fn by_impacts(
-    scene: &Scene,
-    state: PhysicalState,
-    options: &DiagramOptions,
-    go_on: ObserverFn<'_>,
-) -> Result<AtValue> {
+fn by_impacts(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Result<AtValue> {
     let (run, section) = (run_options(options), &options.section);
     let own = |run: &Trajectory| (run.last().0.clone(), run.last().1.clone());
-    let transient = until(
-        scene,
-        (&state, 0.0),
-        (options.transient, section),
-        &run,
-        go_on,
-    )?;
+    let transient = until(scene, (&state, 0.0), (options.transient, section), &run)?;
     let start = (&own(&transient), transient.t_end());
-    let seen = until(scene, start, (options.periods, section), &run, go_on)?;
+    let seen = until(scene, start, (options.periods, section), &run)?;
     let motion = Motion::Trajectory(&seen);
     let mut points = points_of(&motion, section)?;
     points.truncate(options.periods);

@@ -6,17 +6,16 @@ use crate::flow::steps::State;
 use crate::hybrid::AnyLoop;
 use crate::impact::Impact;
 use crate::model::{Dynamics, PhysicalState, Scene};
-use crate::observer::ObserverFn;
+use crate::observer::ProgressRange;
 use crate::path::{Evaluator, Samples};
 use crate::quantity::room_for;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
-    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, Trajectory,
-    simulate_observed, visit_runs,
+    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, Trajectory, simulate,
+    visit_runs,
 };
-use crate::sweep::tiles::{Progress, SweepOptions, fill, fill_tiles};
+use crate::sweep::tiles::{SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
-use std::ops::ControlFlow;
 
 /// Trajectories that a thread takes at a time. [work]
 const ENSEMBLE_TILE: usize = 8;
@@ -103,7 +102,8 @@ struct TrajectoryEnd {
 /// n), or (1, n) for all. Pendulums with large motions that share a scene run in batches of four or eight, as wide as the registers
 /// are, their Taylor series made together. A start inside a stop is left as it is, with the status [`Status::InsideStop`].
 ///
-/// `observer` is called on the calling thread about every 50 ms and at the end; breaking off stops every thread.
+/// The observer of the calling thread ([`with_observer`](crate::with_observer)) is told from time to time and at the end; breaking off stops
+/// every thread.
 ///
 /// # Errors
 /// As [`crate::simulate()`], naming the row; rows and scenes that are not as many; [`Keep::Motion`].
@@ -111,13 +111,11 @@ struct TrajectoryEnd {
 /// # Examples
 /// ```
 /// use nalgebra::dmatrix;
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{Keep, Kind, PaperOptions, SimulateOptions, SweepOptions, paper_scene, simulate_many};
 /// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
 /// let (q0, v0) = (dmatrix![0.0, 0.0; 0.1, -0.1], dmatrix![0.0, 0.1; 0.0, 0.0]);
 /// let options = SimulateOptions { keep: Keep::Final, ..Default::default() };
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let ends = simulate_many(&scene, (&q0, &v0), (0.0, 50.0), &options, SweepOptions::default(), go_on)?;
+/// let ends = simulate_many(&scene, (&q0, &v0), (0.0, 50.0), &options, SweepOptions::default())?;
 /// assert_eq!(ends.q.shape(), (2, 2));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -127,9 +125,8 @@ pub fn simulate_many<'a>(
     t_span: (f64, f64),
     options: &SimulateOptions,
     sweep: SweepOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Ensemble> {
-    simulate_rows(scenes.into(), (q0, v0), t_span, options, sweep, observer)
+    simulate_rows(scenes.into(), (q0, v0), t_span, options, sweep)
 }
 
 /// The same of scenes of one type: what makes the runs is compiled once, here, not by whoever calls.
@@ -139,7 +136,6 @@ fn simulate_rows(
     t_span: (f64, f64),
     options: &SimulateOptions,
     sweep: SweepOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Ensemble> {
     let n = scenes.n_dof()?;
     let counts = [scenes.len(), Some(q0.nrows()), Some(v0.nrows())];
@@ -184,6 +180,7 @@ fn simulate_rows(
     };
     let mut ends = vec![nothing; k];
     let start = (q0, v0);
+    let _range = ProgressRange::over(0.0, k as f64);
     match scenes {
         Scenes::One(scene) if options.ramps.is_empty() => {
             scene.check_span(t_span)?;
@@ -196,18 +193,17 @@ fn simulate_rows(
                 start,
                 t_span,
                 sweep,
-                observer,
             };
             visit_runs(scene, options, runs)?;
         }
         _ => {
-            let work = |(): &mut (), i: usize, go_on: ObserverFn<'_>| {
+            let work = |(): &mut (), i: usize| {
                 let scene = match scenes {
                     Scenes::One(scene) => scene,
                     Scenes::Each(scenes) => &scenes[i],
                 };
                 let (q0, v0) = (row(q0, i), row(v0, i));
-                let run = simulate_observed(scene, &q0, &v0, t_span, options, &mut |_| go_on());
+                let run = simulate(scene, &q0, &v0, t_span, options);
                 match run {
                     Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
                     run => run
@@ -215,7 +211,7 @@ fn simulate_rows(
                         .map_err(|e| of_row(i, e)),
                 }
             };
-            fill(&mut ends, ENSEMBLE_TILE, sweep, || Ok(()), work, observer)?;
+            fill(&mut ends, ENSEMBLE_TILE, sweep, || Ok(()), work)?;
         }
     }
     Ok(Ensemble {
@@ -238,7 +234,6 @@ struct ManyRuns<'s> {
     start: (&'s DMatrix<f64>, &'s DMatrix<f64>),
     t_span: (f64, f64),
     sweep: SweepOptions,
-    observer: &'s mut dyn FnMut(Progress) -> ControlFlow<()>,
 }
 
 impl RunVisitor for ManyRuns<'_> {
@@ -253,9 +248,9 @@ impl RunVisitor for ManyRuns<'_> {
         _: Evaluator,
     ) -> Result<()> {
         let (q0, v0) = self.start;
-        let work = |run: &mut Run<'a, M>, i: usize, go_on: ObserverFn<'_>| {
+        let work = |run: &mut Run<'a, M>, i: usize| {
             let (q0, v0) = (row(q0, i), row(v0, i));
-            match run.run(&q0, &v0, self.t_span, &mut |_| go_on()) {
+            match run.run(&q0, &v0, self.t_span) {
                 Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
                 done => done
                     .map(TrajectoryEnd::of)
@@ -263,14 +258,7 @@ impl RunVisitor for ManyRuns<'_> {
             }
         };
         let one = || Ok(make());
-        fill(
-            self.ends,
-            ENSEMBLE_TILE,
-            self.sweep,
-            one,
-            work,
-            self.observer,
-        )
+        fill(self.ends, ENSEMBLE_TILE, self.sweep, one, work)
     }
 
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
@@ -297,10 +285,7 @@ impl ManyRuns<'_> {
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
     ) -> Result<()> {
         let (q0, v0) = self.start;
-        let work = |runs: &mut Batch<'a, S, D, K>,
-                    first: usize,
-                    slots: &mut [TrajectoryEnd],
-                    go_on: ObserverFn<'_>| {
+        let work = |runs: &mut Batch<'a, S, D, K>, first: usize, slots: &mut [TrajectoryEnd]| {
             let start = |i: usize| (row(q0, first + i), row(v0, first + i));
             let n = slots.len();
             let mut put = |i: usize, done: Option<Done>| {
@@ -309,18 +294,11 @@ impl ManyRuns<'_> {
                     None => TrajectoryEnd::inside(start(i)),
                 }
             };
-            let done = runs.run(0..n, start, go_on, &mut put);
+            let done = runs.run(0..n, start, &mut put);
             done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
         };
         let together = || Ok(Batch::new(&make, self.t_span));
-        fill_tiles(
-            self.ends,
-            ENSEMBLE_BATCH_TILE,
-            self.sweep,
-            together,
-            work,
-            self.observer,
-        )
+        fill_tiles(self.ends, ENSEMBLE_BATCH_TILE, self.sweep, together, work)
     }
 }
 

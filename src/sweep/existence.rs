@@ -1,20 +1,20 @@
 //! Existence maps: over two parameters of a linear scene, whether a pattern of impacts has a periodic orbit, an admissible one, a stable
 //! one (docs/theory.md, sections 5 to 7). A map has a point, also called a cell, for each pair of values; arrays are in rows of equal y,
-//! x running fastest, and values in the units of their parameter: `Parameter` in `model/change.rs` lists what can vary.
+//! x running fastest, and values in the units of their parameter: `Parameter` in `model/parameter.rs` lists what can vary.
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
-use crate::observer::{Observer, ObserverFn};
+use crate::observer::{Observer, ProgressRange, report};
 use crate::orbit::{
     OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
-    period, periodic_orbits_observed, ranking,
+    period, periodic_orbits, ranking,
 };
 use crate::quantity::room_for;
 use crate::sweep::parametric_scene::ParametricScene;
-use crate::sweep::tiles::{Progress, SweepOptions, fill};
+use crate::sweep::tiles::{SweepOptions, fill};
 use crate::sweep::unranked_orbit::{UnrankedOrbit, judge_all};
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 /// Grid points that a thread takes at a time. [work]
 const EXISTENCE_TILE: usize = 256;
@@ -133,9 +133,9 @@ impl ExistenceMap {
 ///
 /// Each pair of values is answered as by [`periodic_orbits`](crate::periodic_orbits) with the clearances given; where that
 /// refuses because doubles do not hold the motion (it outgrows them within a period, or the period has more than 1e12 turns
-/// of the fastest mode), the cell has no orbit. `observer` is called on the calling
-/// thread about every 50 ms and at the end; breaking off stops every thread. The result has the same bits on any number of
-/// threads.
+/// of the fastest mode), the cell has no orbit. The observer of the calling
+/// thread ([`with_observer`](crate::with_observer)) is told from time to time and at the end; breaking off stops every thread. The result
+/// has the same bits on any number of threads.
 ///
 /// # Errors
 /// Before anything is computed: a scene or pattern that [`periodic_orbits`](crate::periodic_orbits) refuses, a value that
@@ -145,13 +145,11 @@ impl ExistenceMap {
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{Axis, Kind, PaperOptions, Pattern, SweepOptions, existence_map, paper_scene};
 /// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
 /// let frequency = Axis::new("frequency".parse()?, [1.4, 1.5, 1.6]);
 /// let clearance = Axis::new("clearance[1]".parse()?, [0.15, 10.0]);
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let map = existence_map(&scene, &Pattern::single(1), (&frequency, &clearance), 2, SweepOptions::default(), go_on)?;
+/// let map = existence_map(&scene, &Pattern::single(1), (&frequency, &clearance), 2, SweepOptions::default())?;
 /// assert_eq!(map.n_orbits, [2, 2, 2, 0, 0, 0]);
 /// assert!(map.point(1, 0).is_stable);
 /// # Ok::<(), vibroimpact::Error>(())
@@ -162,7 +160,6 @@ pub fn existence_map(
     (x, y): (&Axis, &Axis),
     n_periods: usize,
     options: SweepOptions,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExistenceMap> {
     // A point and its part of the arrays.
     let words = 2 * size_of::<ExistencePoint>() / size_of::<f64>();
@@ -173,16 +170,14 @@ pub fn existence_map(
     )?;
     let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
     let mut cells = vec![NO_ORBIT; sweep.len()];
-    let item = |parametric: &mut ParametricScene<'_>, index, go_on: ObserverFn<'_>| {
-        sweep.point(parametric, index, go_on)
-    };
+    let _range = ProgressRange::over(0.0, sweep.len() as f64);
+    let item = |parametric: &mut ParametricScene<'_>, index| sweep.point(parametric, index);
     fill(
         &mut cells,
         EXISTENCE_TILE,
         options,
         || sweep.parametric_scene(),
         item,
-        observer,
     )?;
     let named = |axis: &Axis| (Some(axis.parameter.to_string()), axis.values.clone());
     ExistenceMap::from_cells(named(x), named(y), &cells)
@@ -200,22 +195,6 @@ pub fn existence_tile(
     n_periods: usize,
     cells: Range<usize>,
 ) -> Result<Vec<ExistencePoint>> {
-    let observer = &mut |_| ControlFlow::Continue(());
-    existence_tile_observed(scene, pattern, (x, y), n_periods, cells, observer)
-}
-
-/// [`existence_tile`], asking `observer` from time to time, with the cells done, whether to go on.
-///
-/// # Errors
-/// As [`existence_tile`]; `Error::Interrupted` when the observer breaks off.
-pub fn existence_tile_observed(
-    scene: &Scene,
-    pattern: &Pattern,
-    (x, y): (&Axis, &Axis),
-    n_periods: usize,
-    cells: Range<usize>,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Vec<ExistencePoint>> {
     let sweep = MapRequest::new(scene, pattern, x, y, n_periods)?;
     if cells.end > sweep.len() {
         return Err(Error::bad_value(
@@ -225,13 +204,11 @@ pub fn existence_tile_observed(
         ));
     }
     let mut parametric = sweep.parametric_scene()?;
-    let (start, total) = (cells.start, cells.len());
+    let _range = ProgressRange::over(cells.start as f64, cells.end as f64);
     cells
         .map(|index| {
-            let done = index - start;
-            sweep.point(&mut parametric, index, &mut || {
-                observer(Progress { done, total })
-            })
+            report(index as f64)?;
+            sweep.point(&mut parametric, index)
         })
         .collect()
 }
@@ -241,19 +218,6 @@ pub fn existence_tile_observed(
 /// # Errors
 /// As [`periodic_orbits`](crate::periodic_orbits), but for motions that doubles do not hold: they count as no orbit.
 pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Result<ExistencePoint> {
-    existence_at_observed(scene, pattern, n_periods, &mut || ControlFlow::Continue(()))
-}
-
-/// [`existence_at`], asking `observer` from time to time whether to go on.
-///
-/// # Errors
-/// As [`existence_at`]; `Error::Interrupted` when the observer breaks off.
-pub fn existence_at_observed(
-    scene: &Scene,
-    pattern: &Pattern,
-    n_periods: usize,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<ExistencePoint> {
     let options = OrbitOptions {
         n_periods,
         ..Default::default()
@@ -261,13 +225,13 @@ pub fn existence_at_observed(
     check(scene, pattern, &options, "existence_map")?;
     if let [_] = pattern.instants() {
         let modal = ModalScene::new(scene, "existence_map")?;
-        return one_instant(&modal, pattern, n_periods, &mut Observer::new(observer));
+        return one_instant(&modal, pattern, n_periods, &mut Observer::default());
     }
-    let found = in_doubles(periodic_orbits_observed(scene, pattern, &options, observer))?;
+    let found = in_doubles(periodic_orbits(scene, pattern, &options))?;
     let Some((orbits, first)) = found.as_ref().and_then(|o| Some((o, o.first()?))) else {
         return Ok(NO_ORBIT);
     };
-    let stability = first.stability_observed(observer)?;
+    let stability = first.stability()?;
     Ok(ExistencePoint {
         n_orbits: count(orbits.len()),
         is_admissible: first.is_admissible() == Some(true),
@@ -352,12 +316,7 @@ impl<'a> MapRequest<'a> {
         ParametricScene::new(self.scene, "existence_map")
     }
 
-    fn point(
-        &self,
-        parametric: &mut ParametricScene<'_>,
-        index: usize,
-        go_on: ObserverFn<'_>,
-    ) -> Result<ExistencePoint> {
+    fn point(&self, parametric: &mut ParametricScene<'_>, index: usize) -> Result<ExistencePoint> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
         if let [_] = self.pattern.instants() {
@@ -369,7 +328,7 @@ impl<'a> MapRequest<'a> {
                 scene,
                 self.pattern,
                 self.n_periods,
-                &mut Observer::new(go_on),
+                &mut Observer::default(),
             );
         }
         let moved = self.scene.replace(self.x.parameter.change(x));
@@ -377,7 +336,7 @@ impl<'a> MapRequest<'a> {
         let Some(scene) = in_doubles(moved)? else {
             return Ok(NO_ORBIT);
         };
-        existence_at_observed(&scene, self.pattern, self.n_periods, go_on)
+        existence_at(&scene, self.pattern, self.n_periods)
     }
 }
 
@@ -398,7 +357,7 @@ fn one_instant(
     scene: &ModalScene,
     pattern: &Pattern,
     n_periods: usize,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<ExistencePoint> {
     let Some(span) = in_doubles(period(scene, n_periods))? else {
         return Ok(NO_ORBIT);

@@ -13,7 +13,6 @@ pub use diagram::{
 };
 pub use ensemble::{Ensemble, Scenes, simulate_many};
 pub use existence::{
-    Axis, ExistenceMap, ExistencePoint, existence_at, existence_at_observed, existence_map,
-    existence_tile, existence_tile_observed,
+    Axis, ExistenceMap, ExistencePoint, existence_at, existence_map, existence_tile,
 };
-pub use tiles::{Progress, SweepOptions};
+pub use tiles::SweepOptions;

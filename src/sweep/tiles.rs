@@ -1,21 +1,13 @@
 //! Work in pieces: independent items computed by index, so that the result has the same bits on any number of threads;
-//! an observer on the calling thread hears of the progress from time to time and may stop it all.
+//! the observer of the calling thread hears of the progress from time to time and may stop it all.
 
-use crate::error::{Error, Failure, Result};
-use crate::observer::{ObserverFn, stop_if};
-use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use crate::error::{Failure, Result};
+use crate::observer::{report, unless_broken_off};
+use crate::quantity::at_least_one;
+use std::time::Duration;
 
 /// Time between two calls of the observer: short beside the 0.2 s in which an interruption is to be answered.
 const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
-/// How far a sweep is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// Items done.
-    pub done: usize,
-    /// Items in all.
-    pub total: usize,
-}
 
 /// Options of sweeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,9 +19,7 @@ pub struct SweepOptions {
 impl SweepOptions {
     /// The number of threads for so many tiles, 1 or more.
     fn count(self, tiles: usize) -> Result<usize> {
-        if self.threads == Some(0) {
-            return Err(Error::bad_value("threads", 0, "it must be at least 1"));
-        }
+        at_least_one("threads", self.threads.unwrap_or(1))?;
         let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let wanted = self.threads.unwrap_or_else(available);
         Ok(if cfg!(feature = "parallel") {
@@ -40,7 +30,7 @@ impl SweepOptions {
     }
 }
 
-/// Fills `out[i]` with `item(&mut workspace, i, go_on)`, as [`fill_tiles`].
+/// Fills `out[i]` with `item(&mut workspace, i)`, as [`fill_tiles`].
 ///
 /// # Errors
 /// As [`fill_tiles`].
@@ -49,20 +39,19 @@ pub(crate) fn fill<T: Send, W>(
     tile: usize,
     options: SweepOptions,
     workspace: impl Fn() -> Result<W> + Sync,
-    item: impl Fn(&mut W, usize, ObserverFn<'_>) -> Result<T> + Sync,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    item: impl Fn(&mut W, usize) -> Result<T> + Sync,
 ) -> Result<()> {
-    let items = |workspace: &mut W, first: usize, slots: &mut [T], go_on: ObserverFn<'_>| {
+    let items = |workspace: &mut W, first: usize, slots: &mut [T]| {
         for (i, slot) in (first..).zip(slots) {
-            let value = stop_if(go_on()).and_then(|()| item(workspace, i, go_on));
+            let value = unless_broken_off().and_then(|()| item(workspace, i));
             *slot = value.map_err(|error| (i, error))?;
         }
         Ok(())
     };
-    fill_tiles(out, tile, options, workspace, items, observer)
+    fill_tiles(out, tile, options, workspace, items)
 }
 
-/// Fills `out` tile by tile by `items(&mut workspace, first, slots, go_on)`, `first` being the index of the first slot; a
+/// Fills `out` tile by tile by `items(&mut workspace, first, slots)`, `first` being the index of the first slot; a
 /// workspace for each thread. The observer is called on the calling thread, about every 50 ms and at the end. A thread takes
 /// `tile` items at a time: many enough to make the handing out cheap, few enough to share evenly.
 ///
@@ -74,18 +63,17 @@ pub(crate) fn fill_tiles<T: Send, W>(
     tile: usize,
     options: SweepOptions,
     workspace: impl Fn() -> Result<W> + Sync,
-    items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure> + Sync,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    items: impl Fn(&mut W, usize, &mut [T]) -> std::result::Result<(), Failure> + Sync,
 ) -> Result<()> {
     let total = out.len();
     let threads = options.count(total.div_ceil(tile))?;
     if threads > 1 {
         #[cfg(feature = "parallel")]
-        on_threads::fill(out, tile, threads, workspace, items, observer)?;
+        on_threads::fill(out, tile, threads, workspace, items)?;
     } else {
-        alone(out, tile, workspace, items, observer)?;
+        alone(out, tile, workspace, items)?;
     }
-    stop_if(observer(Progress { done: total, total }))
+    report(total as f64)
 }
 
 /// On the calling thread.
@@ -93,22 +81,12 @@ fn alone<T, W>(
     out: &mut [T],
     tile: usize,
     workspace: impl Fn() -> Result<W>,
-    items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>,
-    observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    items: impl Fn(&mut W, usize, &mut [T]) -> std::result::Result<(), Failure>,
 ) -> Result<()> {
-    let total = out.len();
     let mut workspace = workspace()?;
-    let mut last = Instant::now();
     for (k, slots) in out.chunks_mut(tile).enumerate() {
-        let done = k * tile;
-        let mut look = || {
-            if last.elapsed() < OBSERVER_INTERVAL {
-                return ControlFlow::Continue(());
-            }
-            last = Instant::now();
-            observer(Progress { done, total })
-        };
-        items(&mut workspace, done, slots, &mut look).map_err(|(_, error)| error)?;
+        report((k * tile) as f64)?;
+        items(&mut workspace, k * tile, slots).map_err(|(_, error)| error)?;
     }
     Ok(())
 }
@@ -116,8 +94,8 @@ fn alone<T, W>(
 #[cfg(feature = "parallel")]
 mod on_threads {
     use crate::error::{Error, Failure, Result};
-    use crate::observer::{ObserverFn, stop_if, with_asker};
-    use crate::sweep::tiles::{OBSERVER_INTERVAL, Progress};
+    use crate::observer::{report, with_observer};
+    use crate::sweep::tiles::OBSERVER_INTERVAL;
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, Mutex};
@@ -161,7 +139,7 @@ mod on_threads {
             &self,
             size: usize,
             workspace: impl Fn() -> Result<W>,
-            items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>,
+            items: impl Fn(&mut W, usize, &mut [T]) -> std::result::Result<(), Failure>,
         ) {
             let mut workspace = match workspace() {
                 Ok(workspace) => workspace,
@@ -174,8 +152,7 @@ mod on_threads {
                     .unwrap_or_else(std::sync::PoisonError::into_inner)
                     .next();
                 let Some((tile, slots)) = next else { return };
-                let mut go_on = || answer(&self.is_stopped);
-                if let Err((index, error)) = items(&mut workspace, tile * size, slots, &mut go_on) {
+                if let Err((index, error)) = items(&mut workspace, tile * size, slots) {
                     return self.fail(index, error);
                 }
                 self.done.fetch_add(slots.len(), Ordering::Relaxed);
@@ -199,11 +176,8 @@ mod on_threads {
         tile: usize,
         threads: usize,
         workspace: impl Fn() -> Result<W> + Sync,
-        items: impl Fn(&mut W, usize, &mut [T], ObserverFn<'_>) -> std::result::Result<(), Failure>
-        + Sync,
-        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        items: impl Fn(&mut W, usize, &mut [T]) -> std::result::Result<(), Failure> + Sync,
     ) -> Result<()> {
-        let total = out.len();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
@@ -224,8 +198,8 @@ mod on_threads {
                 scope.spawn(|_| {
                     let _leaving = Leaving(&shared.working, &caller);
                     let is_stopped = Arc::clone(&shared.is_stopped);
-                    let answer = move || answer(&is_stopped);
-                    with_asker(answer, || shared.work(tile, &workspace, &items));
+                    let answer = move |_| answer(&is_stopped);
+                    with_observer(answer, || shared.work(tile, &workspace, &items));
                 });
             }
             let mut last = std::time::Instant::now();
@@ -236,10 +210,7 @@ mod on_threads {
                 }
                 last = std::time::Instant::now();
                 if verdict.is_ok() {
-                    verdict = stop_if(observer(Progress {
-                        done: shared.done.load(Ordering::Relaxed),
-                        total,
-                    }));
+                    verdict = report(shared.done.load(Ordering::Relaxed) as f64);
                     shared
                         .is_stopped
                         .fetch_or(verdict.is_err(), Ordering::Relaxed);
@@ -261,35 +232,36 @@ mod on_threads {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
+    use crate::observer::{ProgressRange, with_observer};
+    use std::cell::RefCell;
+    use std::ops::ControlFlow;
+    use std::rc::Rc;
 
     fn squares(
         threads: usize,
-        observer: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        observer: impl Fn(f64) -> ControlFlow<()> + 'static,
     ) -> Result<Vec<usize>> {
         let mut out = vec![0; 3000];
-        let slow = |(): &mut (), i: usize, _: ObserverFn<'_>| {
+        let slow = |(): &mut (), i: usize| {
             std::thread::sleep(Duration::from_micros(50));
             Ok(i * i)
         };
-        fill(
-            &mut out,
-            256,
-            SweepOptions {
-                threads: Some(threads),
-            },
-            || Ok(()),
-            slow,
-            observer,
-        )?;
-        Ok(out)
+        let threads = Some(threads);
+        let fill = || {
+            let _range = ProgressRange::over(0.0, 3000.0);
+            fill(&mut out, 256, SweepOptions { threads }, || Ok(()), slow)
+        };
+        with_observer(observer, fill).map(|()| out)
     }
 
     #[test]
     fn every_item_is_at_its_index_and_the_observer_sees_the_end() {
         for threads in [1, 2, 3] {
-            let mut seen = Vec::new();
-            let out = squares(threads, &mut |p| {
-                seen.push(p.done);
+            let seen = Rc::new(RefCell::new(Vec::new()));
+            let own = Rc::clone(&seen);
+            let out = squares(threads, move |part| {
+                own.borrow_mut().push(part);
                 ControlFlow::Continue(())
             });
             assert!(
@@ -298,8 +270,9 @@ mod tests {
                     .enumerate()
                     .all(|(i, &x)| x == i * i)
             );
+            let seen = seen.borrow();
             assert!(
-                seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&3000),
+                seen.len() > 1 && seen.is_sorted() && seen.last() == Some(&1.0),
                 "{seen:?}"
             );
         }
@@ -308,38 +281,31 @@ mod tests {
     #[test]
     fn an_observer_that_breaks_stops_the_sweep() {
         for threads in [1, 2] {
-            let mut calls = 0;
-            let out = squares(threads, &mut |_| {
-                calls += 1;
+            let calls = Rc::new(RefCell::new(0));
+            let own = Rc::clone(&calls);
+            let out = squares(threads, move |_| {
+                *own.borrow_mut() += 1;
                 ControlFlow::Break(())
             });
-            assert_eq!((out, calls), (Err(Error::Interrupted), 1));
+            assert_eq!((out, *calls.borrow()), (Err(Error::Interrupted), 1));
         }
     }
 
     #[test]
     fn a_failure_is_reported_and_no_threads_are_refused() {
         for threads in [1, 2] {
-            let fails = |(): &mut (), i: usize, _: ObserverFn<'_>| {
+            let fails = |(): &mut (), i: usize| {
                 if i == 2000 {
                     Err(Error::bad_value("item", i, "no"))
                 } else {
                     Ok(i)
                 }
             };
-            let options = SweepOptions {
-                threads: Some(threads),
-            };
-            let result = fill(
-                &mut vec![0; 3000],
-                256,
-                options,
-                || Ok(()),
-                fails,
-                &mut |_| ControlFlow::Continue(()),
-            );
+            let threads = Some(threads);
+            let mut out = vec![0; 3000];
+            let result = fill(&mut out, 256, SweepOptions { threads }, || Ok(()), fails);
             assert_eq!(result, Err(Error::bad_value("item", 2000, "no")));
         }
-        assert!(squares(0, &mut |_| ControlFlow::Continue(())).is_err());
+        assert!(squares(0, |_| ControlFlow::Continue(())).is_err());
     }
 }

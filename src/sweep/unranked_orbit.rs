@@ -39,7 +39,7 @@ impl UnrankedOrbit {
         &mut self,
         judge: &mut Judge<'_>,
         effort: StopDepth,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<()> {
         let flights = std::slice::from_ref(&self.solution.flight);
         let phase = self.solution.phase;
@@ -62,7 +62,7 @@ impl UnrankedOrbit {
         &self,
         scene: &ModalScene,
         pattern: &Pattern,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Option<f64>> {
         let flights = std::slice::from_ref(&self.solution.flight);
         largest_multiplier(
@@ -82,7 +82,7 @@ pub(super) fn judge_all(
     scene: &ModalScene,
     pattern: &Pattern,
     candidates: &mut Vec<UnrankedOrbit>,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<()> {
     let mut judge = Judge::new(scene);
     let motions = candidates.iter().map(|c| {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, Error, Harmonic, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
-    SimulateOptions, Special, SpecialKind, Stop, accumulation, find_orbit, simulate,
+    SimulateOptions, Special, SpecialKind, Stop, accumulation, find_orbit, simulate, with_observer,
 };
 
 /// The motion of `x'' + x = cos w t` before a stop, from rest.
@@ -37,8 +37,7 @@ fn first_of(
 }
 
 fn border_from(graze: &Special, range: (f64, f64)) -> Special {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let found = accumulation(graze, Parameter::CLEARANCE, range, go_on);
+    let found = accumulation(graze, Parameter::CLEARANCE, range);
     found.expect("a search").expect("a border")
 }
 
@@ -99,8 +98,7 @@ fn other_grazes_do_not_accumulate() {
         .iter()
         .find(|own| own.kind == SpecialKind::LostImpact);
     let lost = lost.expect("one");
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let refused = accumulation(lost, Parameter::ForcingScale, range, go_on);
+    let refused = accumulation(lost, Parameter::ForcingScale, range);
     let error = refused.expect_err("no graze").to_string();
     assert!(
         error.contains("special is lost_impact") && error.contains("graze"),
@@ -119,7 +117,7 @@ fn other_grazes_do_not_accumulate() {
     let branch = followed(&free.orbit, Parameter::ForcingScale, (0.9, 1.1), &up);
     let graze = branch.special.last().expect("a graze");
     assert_eq!(graze.kind, SpecialKind::Graze);
-    let found = accumulation(graze, Parameter::ForcingScale, (0.9, 1.1), go_on);
+    let found = accumulation(graze, Parameter::ForcingScale, (0.9, 1.1));
     assert!(found.expect("a search").is_none());
 }
 
@@ -128,7 +126,7 @@ fn a_search_is_broken_off() {
     let range = (0.1, 0.4);
     let orbit = motion(0.5, 0.245, 0.5);
     let graze = first_of(SpecialKind::Graze, &orbit, (Heading::Down, range));
-    let stop = &mut |_| ControlFlow::Break(());
-    let found = accumulation(&graze, Parameter::CLEARANCE, range, stop);
+    let search = || accumulation(&graze, Parameter::CLEARANCE, range);
+    let found = with_observer(|_| ControlFlow::Break(()), search);
     assert!(matches!(found, Err(Error::Interrupted)));
 }

@@ -3,7 +3,6 @@
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Harmonic,
@@ -36,10 +35,8 @@ const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
 ];
 
 fn curve(special: &Special, plane: ([Parameter; 2], [(f64, f64); 2])) -> BifurcationCurve {
-    let go_on = &mut |_| ControlFlow::Continue(());
     let options = ContinuationOptions::default();
-    bifurcation_curve(CurveOf::Special(special), plane.0, plane.1, &options, go_on)
-        .expect("a curve")
+    bifurcation_curve(CurveOf::Special(special), plane.0, plane.1, &options).expect("a curve")
 }
 
 /// The clearance of the first stop of an orbit.
@@ -280,7 +277,6 @@ fn stops_that_are_hit_together_are_a_curve() {
     let found = periodic_orbits(&scene, &pattern, &free).expect("a search");
     let orbit = found.iter().find(|own| own.is_admissible() == Some(true));
     let orbit = orbit.expect("the paper's orbit");
-    let go_on = &mut |_| ControlFlow::Continue(());
     let make = |w: f64, c: f64| {
         let there = scene.replace(Parameter::Frequency.change(w))?;
         there.replace(Parameter::CLEARANCE.change(c))
@@ -288,14 +284,7 @@ fn stops_that_are_hit_together_are_a_curve() {
     let start = [1.5, clearance(orbit)];
     let between = [(1.3, 1.7), (-3.0, 3.0)];
     let options = ContinuationOptions::default();
-    let curve = bifurcation_curve_of(
-        CurveOf::Orbit(orbit),
-        &make,
-        start,
-        between,
-        &options,
-        go_on,
-    );
+    let curve = bifurcation_curve_of(CurveOf::Orbit(orbit), &make, start, between, &options);
     let curve = curve.expect("a curve");
     assert!(curve.x.len() > 5, "{:?}", curve.ends);
     for k in (0..curve.x.len()).step_by(3) {
@@ -317,7 +306,6 @@ fn stops_that_are_hit_together_are_a_curve() {
         plane,
         [(2.0, 3.0), (0.5, 1.5)],
         &ContinuationOptions::default(),
-        go_on,
     );
     assert!(refused.is_err_and(|error| error.to_string().contains("one instant")));
 }
@@ -344,7 +332,6 @@ fn thrown(random: &mut Random) -> (Scene, DVector<f64>) {
 
 #[test]
 fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there() {
-    let go_on = &mut |_| ControlFlow::Continue(());
     let mut curves = 0;
     for seed in 0..40 {
         let (scene, across) = thrown(&mut Random::new(seed));
@@ -357,7 +344,7 @@ fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there()
         }
         let room = Parameter::CLEARANCE.of(1);
         let options = ContinuationOptions::default();
-        let branch = continuation(&orbit, room, (0.0, 2.0), &options, go_on);
+        let branch = continuation(&orbit, room, (0.0, 2.0), &options);
         let Ok(branch) = branch else { continue };
         let corner = branch.special.iter();
         let corner = corner.filter(|own| own.kind == SpecialKind::Corner && own.stop == Some(1));
@@ -369,8 +356,7 @@ fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there()
                 max_points: 20,
                 ..Default::default()
             };
-            let curve =
-                bifurcation_curve(CurveOf::Special(corner), plane, between, &options, go_on);
+            let curve = bifurcation_curve(CurveOf::Special(corner), plane, between, &options);
             let curve = curve.expect("a curve");
             assert!(curve.x.len() > 5, "{seed}: {:?}", curve.ends);
             for (orbit, (x, y)) in curve.orbits.iter().zip(curve.x.iter().zip(&curve.y)) {

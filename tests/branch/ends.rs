@@ -6,12 +6,8 @@ use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, EndReason, Error, Harmonic, Heading, LinearSystem, OrbitOptions,
     Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions, SpecialKind, Stop, Virtual,
-    continuation, continuation_of, find_orbit, periodic_orbits, simulate,
+    continuation, continuation_of, find_orbit, periodic_orbits, simulate, with_observer,
 };
-
-fn go_on(_: f64) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
 
 #[test]
 fn an_impact_that_loses_its_speed_is_a_boundary() {
@@ -84,26 +80,21 @@ fn points_and_observers_end_it() {
     assert_eq!(branch.ends[1].reason, EndReason::Points);
     assert_eq!(branch.ends[0].reason, EndReason::Start);
     assert_eq!(branch.parameter[0], 1.0);
-    let mut left = 4;
-    let mut break_off = |_: f64| {
-        left -= 1;
-        if left < 0 {
-            ControlFlow::Break(())
-        } else {
+    // Told of the values from 0.1 to 2 in parts of that range.
+    let break_off = |part: f64| {
+        if part < 0.6 {
             ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
         }
     };
     let options = ContinuationOptions::default();
-    let found = continuation(
-        orbit,
-        Parameter::ForcingScale,
-        (0.1, 2.0),
-        &options,
-        &mut break_off,
-    );
+    let follow = || continuation(orbit, Parameter::ForcingScale, (0.1, 2.0), &options);
+    let found = with_observer(break_off, follow);
     let branch = found.expect("what there is");
     assert_eq!(branch.ends[1].reason, EndReason::Interrupted);
-    assert_eq!(branch.orbits.len(), 5);
+    let (last, before) = branch.parameter.split_last().expect("a point");
+    assert!(*last >= 0.1 + 0.6 * 1.9 && before.iter().all(|value| *value < 0.1 + 0.6 * 1.9));
 }
 
 #[test]
@@ -116,7 +107,7 @@ fn the_domain_of_a_function_ends_it() {
         Ok(Oscillator { force: p, ..USUAL }.scene())
     };
     let options = ContinuationOptions::default();
-    let found = continuation_of(orbit, &make, 8.5, (5.0, 12.0), &options, &mut go_on);
+    let found = continuation_of(orbit, &make, 8.5, (5.0, 12.0), &options);
     let branch = found.expect("a branch");
     assert_eq!(branch.ends[1].reason, EndReason::Domain);
     let last = *branch.parameter.last().expect("one");
@@ -128,7 +119,7 @@ fn the_domain_of_a_function_ends_it() {
         }
         Ok(Oscillator { force: p, ..USUAL }.scene())
     };
-    let found = continuation_of(orbit, &failing, 8.5, (5.0, 12.0), &options, &mut go_on);
+    let found = continuation_of(orbit, &failing, 8.5, (5.0, 12.0), &options);
     assert!(matches!(found, Err(Error::Function(_))));
 }
 
@@ -137,7 +128,7 @@ fn what_makes_no_branch_is_refused() {
     let orbit = &USUAL.orbits(1)[0];
     let options = ContinuationOptions::default();
     let message = |parameter: Parameter, between: (f64, f64), options: &ContinuationOptions| {
-        let found = continuation(orbit, parameter, between, options, &mut go_on);
+        let found = continuation(orbit, parameter, between, options);
         found.expect_err("refused").to_string()
     };
     let scale = Parameter::ForcingScale;
@@ -191,7 +182,7 @@ fn what_makes_no_branch_is_refused() {
     let scene = Scene::new(system, force, stops).expect("valid");
     let found = periodic_orbits(&scene, &Pattern::single(1), &OrbitOptions::default());
     let wrong = &found.expect("one")[0];
-    let found = continuation(wrong, scale, (0.5, 2.0), &options, &mut go_on);
+    let found = continuation(wrong, scale, (0.5, 2.0), &options);
     says(
         found.expect_err("refused").to_string(),
         "breaks a rule of contact",
@@ -401,7 +392,6 @@ fn a_stop_that_holds_after_one_impact_keeps_its_restitution() {
         Parameter::RESTITUTION,
         (0.0, 0.9),
         &ContinuationOptions::default(),
-        &mut go_on,
     );
     assert!(refused.is_err());
 }

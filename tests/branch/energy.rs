@@ -4,7 +4,6 @@ use crate::motions::check_retraced;
 use crate::random::Random;
 use crate::scenes::USUAL;
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, Candidate, ContinuationOptions, EndReason, Error, Forcing, Guess, LinearSystem,
@@ -27,8 +26,7 @@ fn orbit(scene: &Scene, q: &[f64], v: &[f64], period: f64) -> PeriodicOrbit {
 }
 
 fn tried(orbit: &PeriodicOrbit, between: (f64, f64)) -> Result<Branch> {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    continuation_over_energy(orbit, between, &ContinuationOptions::default(), go_on)
+    continuation_over_energy(orbit, between, &ContinuationOptions::default())
 }
 
 fn followed(orbit: &PeriodicOrbit, between: (f64, f64)) -> Branch {

@@ -2,7 +2,6 @@
 
 use crate::scenes::{Oscillator, followed, pressed, settled};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
@@ -124,12 +123,11 @@ fn behind_its_rise_a_flight_comes_to_nothing() {
         let make = |second: f64| pressed(second, restitution);
         let scene = make(1.05).expect("valid");
         let first = settled(&scene, 0.0, 20).expect("an orbit");
-        let go_on = &mut |_| ControlFlow::Continue(());
         let options = ContinuationOptions {
             heading: Heading::Both,
             ..Default::default()
         };
-        let branch = continuation_of(&first, &make, 1.05, (0.5, 1.2), &options, go_on);
+        let branch = continuation_of(&first, &make, 1.05, (0.5, 1.2), &options);
         let branch = branch.expect("a branch");
         let mut borders = of_kind(&branch.special, SpecialKind::ReleaseBorder);
         let border = borders.next();

@@ -213,9 +213,8 @@ fn units_grow_with_the_motion() {
         &OrbitOptions::default(),
     );
     let orbit = &found.expect("a search")[0];
-    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
     let options = options(Heading::Up);
-    let branch = continuation_of(orbit, &make, least, (least, 1.0), &options, go_on);
+    let branch = continuation_of(orbit, &make, least, (least, 1.0), &options);
     let branch = branch.expect("a branch");
     assert_eq!(
         branch.ends[1].reason,

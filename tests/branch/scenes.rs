@@ -1,7 +1,6 @@
 //! Scenes and orbits that the tests begin with.
 
 use crate::random::Random;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Branch, ContinuationOptions, Fourier, Harmonic, LinearSystem, OrbitOptions, Parameter, Pattern,
@@ -147,8 +146,7 @@ pub fn followed(
     between: (f64, f64),
     options: &ContinuationOptions,
 ) -> Branch {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    continuation(orbit, parameter, between, options, go_on).expect("a branch")
+    continuation(orbit, parameter, between, options).expect("a branch")
 }
 
 /// A mass held at zero by `F cos th - F_2 cos 2 th`, F = 1, which comes to zero at th = 0 where `F_2` is F.

@@ -334,8 +334,7 @@ fn check_curve(torus: &Special) {
         ..ContinuationOptions::default()
     };
     let between = [(0.3, 3.6), (0.5, 2.0)];
-    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
-    let curve = bifurcation_curve(CurveOf::Special(torus), plane, between, &options, go_on);
+    let curve = bifurcation_curve(CurveOf::Special(torus), plane, between, &options);
     let curve = curve.expect("a curve");
     assert!(curve.x.len() > 3, "{:?}", curve.ends);
     for orbit in &curve.orbits {

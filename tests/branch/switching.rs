@@ -2,7 +2,6 @@
 
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed, pressed, settled};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
@@ -261,9 +260,8 @@ fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
         let make = |second: f64| pressed(second, restitution);
         let scene = make(0.6).expect("valid");
         let first = settled(&scene, 0.0, 20).expect("an orbit");
-        let go_on = &mut |_| ControlFlow::Continue(());
         let options = ContinuationOptions::default();
-        let branch = continuation_of(&first, &make, 0.6, (0.5, 1.2), &options, go_on);
+        let branch = continuation_of(&first, &make, 0.6, (0.5, 1.2), &options);
         let branch = branch.expect("a branch");
         let rise = branch.special.last().expect("an end");
         assert_eq!(
@@ -300,14 +298,7 @@ fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
         let off = (v - other.orbit.state(other.orbit.period(), false).1).amax();
         assert!(off < 1e-9, "{off:e}");
         // The branch goes on, and comes back to the rise from behind.
-        let next = continuation_of(
-            &other.orbit,
-            &make,
-            other.parameter,
-            (0.5, 1.2),
-            &options,
-            go_on,
-        );
+        let next = continuation_of(&other.orbit, &make, other.parameter, (0.5, 1.2), &options);
         let next = next.expect("a branch");
         assert!(next.orbits.len() > 3 && next.parameter.last() > Some(&other.parameter));
     }

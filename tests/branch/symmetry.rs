@@ -205,11 +205,9 @@ fn where_a_scene_is_not_odd_nothing_is_kept_symmetric() {
         symmetric: Some(true),
         ..keep()
     };
-    let go_on = &mut |_| std::ops::ControlFlow::Continue(());
     // One clearance alone.
     let range = (0.4, 0.6);
-    let refused =
-        vibroimpact::continuation(orbit, Parameter::CLEARANCE.of(1), range, &symmetric, go_on);
+    let refused = vibroimpact::continuation(orbit, Parameter::CLEARANCE.of(1), range, &symmetric);
     assert!(refused.is_err_and(|error| error.to_string().contains("mirror image")));
     let branch = followed(orbit, Parameter::CLEARANCE.of(1), range, &keep());
     assert_eq!(branch.ends[0].reason, EndReason::Range);

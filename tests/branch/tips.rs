@@ -2,7 +2,6 @@
 
 use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
@@ -104,8 +103,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
             let unit = start.force;
             let forces = (range.0 * unit, range.1 * unit);
             let along = |orbit: &PeriodicOrbit, at: f64| {
-                let go_on = &mut |_| ControlFlow::Continue(());
-                continuation_of(orbit, &force, at, forces, &kept(), go_on).expect("a branch")
+                continuation_of(orbit, &force, at, forces, &kept()).expect("a branch")
             };
             let found = along(&born[0].orbit, born[0].parameter * unit);
             let known = 1e-10 * unit;
@@ -395,9 +393,7 @@ fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
     let until = 600.0 * begun.period().expect("forced");
     let run = simulate(&begun, &q, &v, (0.0, until), &SimulateOptions::default());
     let orbit = find_orbit(&begun, &run.expect("a run"), Some(2)).expect("an orbit");
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let found =
-        continuation_of(&orbit, &scene, 1.07, (1.05, 1.075), &kept(), go_on).expect("a branch");
+    let found = continuation_of(&orbit, &scene, 1.07, (1.05, 1.075), &kept()).expect("a branch");
     let (tip, _) = tip_near(&found, 1.0663);
     assert!(
         (1.0663..1.0664).contains(&tip.parameter),
@@ -405,10 +401,9 @@ fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
         tip.parameter
     );
     let parent = branches_of(tip, &scene, (1.05, 1.075)).expect("one");
-    let go_on = &mut |_| ControlFlow::Continue(());
     let (orbit, at) = (&parent[0].orbit, 1.06);
     let orbit = find_orbit(&scene(at).expect("valid"), orbit, None).expect("beside it");
-    let branch = continuation_of(&orbit, &scene, at, (1.05, 1.075), &kept(), go_on).expect("one");
+    let branch = continuation_of(&orbit, &scene, at, (1.05, 1.075), &kept()).expect("one");
     let doubling = doublings(&branch).next();
     let doubling = doubling.unwrap_or_else(|| panic!("{:?} {:?}", branch.parameter, branch.ends));
     let off = (doubling.parameter - tip.parameter).abs();

@@ -3,7 +3,6 @@
 use crate::random::Random;
 use crate::scenes::{USUAL, followed};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     BifurcationCurve, ContinuationOptions, CurveOf, EndReason, Harmonic, LinearSystem,
@@ -24,8 +23,7 @@ fn curve(
     plane: [Parameter; 2],
     between: [(f64, f64); 2],
 ) -> vibroimpact::Result<BifurcationCurve> {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    bifurcation_curve(CurveOf::Special(special), plane, between, &KEEP, go_on)
+    bifurcation_curve(CurveOf::Special(special), plane, between, &KEEP)
 }
 
 /// A mass between two stops under a force.
@@ -160,8 +158,7 @@ fn resonances_are_where_the_multipliers_are_and_curves_meet_there() {
         let Some(orbit) = found.expect("a search").into_iter().next() else {
             continue;
         };
-        let go_on = &mut |_| ControlFlow::Continue(());
-        let Ok(branch) = continuation(&orbit, Parameter::Frequency, range[0], &KEEP, go_on) else {
+        let Ok(branch) = continuation(&orbit, Parameter::Frequency, range[0], &KEEP) else {
             continue;
         };
         let mut ends = Vec::new();

@@ -1,7 +1,6 @@
 //! Where an orbit has no derivatives it says so: not a number, with the reason, never a large number.
 
 use crate::scenes::{harmonic, linear, periods, scene, shaken_ball, unit_mass, upper};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
     Branch, Change, ContinuationOptions, Error, OrbitDerivatives, Parameter, Pattern,
@@ -20,9 +19,8 @@ fn orbit_of(scene: &Scene) -> PeriodicOrbit {
 }
 
 fn followed(orbit: &PeriodicOrbit, number: Parameter, range: (f64, f64)) -> Branch {
-    let go_on = &mut |_| ControlFlow::Continue(());
     let options = ContinuationOptions::default();
-    continuation(orbit, number, range, &options, go_on).expect("a branch")
+    continuation(orbit, number, range, &options).expect("a branch")
 }
 
 fn at_special(branch: &Branch, kind: SpecialKind) -> &PeriodicOrbit {

@@ -4,7 +4,7 @@ use crate::scenes::{harmonic, scene, unit_mass, upper};
 use std::ops::ControlFlow;
 use vibroimpact::{
     Error, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, follow_orbit,
-    periodic_orbits,
+    periodic_orbits, with_observer,
 };
 
 fn make(p: &[f64]) -> Result<Scene> {
@@ -21,11 +21,10 @@ fn orbits(p: &[f64]) -> Vec<PeriodicOrbit> {
 
 #[test]
 fn a_long_way_leads_to_the_orbit_of_its_end() {
-    let go_on = &mut || ControlFlow::Continue(());
     let start = [8.5, 2.4];
     for end in [[8.6, 2.4], [30.0, 2.2], [9.0, 3.5], [6.0, 2.3]] {
         let orbit = &orbits(&start)[0];
-        let found = follow_orbit(orbit, &make, (&start, &end), go_on).expect("an orbit");
+        let found = follow_orbit(orbit, &make, (&start, &end)).expect("an orbit");
         let known = orbits(&end);
         let off = |own: &PeriodicOrbit| {
             (own.v0() - found.v0()).norm() + (own.phase() - found.phase()).abs()
@@ -36,16 +35,15 @@ fn a_long_way_leads_to_the_orbit_of_its_end() {
 
 #[test]
 fn where_there_is_no_orbit_that_is_said() {
-    let go_on = &mut || ControlFlow::Continue(());
     let start = [8.5, 2.4];
     let orbit = &orbits(&start)[0];
     // Too little force to reach the stop.
-    let found = follow_orbit(orbit, &make, (&start, &[0.0, 2.4]), go_on);
+    let found = follow_orbit(orbit, &make, (&start, &[0.0, 2.4]));
     assert!(
         matches!(found, Err(Error::NoConvergence { .. })),
         "{found:?}"
     );
-    let stop = &mut || ControlFlow::Break(());
-    let found = follow_orbit(orbit, &make, (&start, &[9.0, 2.4]), stop);
+    let follow = || follow_orbit(orbit, &make, (&start, &[9.0, 2.4]));
+    let found = with_observer(|_| ControlFlow::Break(()), follow);
     assert_eq!(found.err(), Some(Error::Interrupted));
 }

@@ -1,7 +1,6 @@
 //! Diagrams of scenes whose forcing has no period: impacts are counted.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     Axis, BifurcationDiagram, DiagramOptions, Error, Forcing, Harmonic, LinearSystem, Parameter,
@@ -14,8 +13,7 @@ fn over(scene: &Scene, restitutions: &[f64], options: DiagramOptions) -> Bifurca
         section: Section::Impacts(vec![]),
         ..options
     };
-    bifurcation_diagram(scene, &axis, &options, &mut |_| ControlFlow::Continue(()))
-        .expect("a diagram")
+    bifurcation_diagram(scene, &axis, &options).expect("a diagram")
 }
 
 fn unforced(damping: f64, load: f64, stop: Stop) -> Scene {
@@ -138,9 +136,8 @@ fn tones_without_a_common_period_are_looked_at_after_impacts() {
 fn a_phase_needs_a_period() {
     let scene = unforced(0.1, 0.0, Stop::new(0, 1.0, 0.5).expect("valid"));
     let axis = Axis::new(Parameter::RESTITUTION, [0.5]);
-    let go_on = &mut |_| ControlFlow::Continue(());
     let error =
-        bifurcation_diagram(&scene, &axis, &DiagramOptions::default(), go_on).expect_err("refused");
+        bifurcation_diagram(&scene, &axis, &DiagramOptions::default()).expect_err("refused");
     assert!(matches!(error, Error::BadValue { .. }));
     assert!(
         error.to_string().contains("section must be \"impact\""),

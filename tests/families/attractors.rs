@@ -2,7 +2,6 @@
 
 use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, LinearSystem,
@@ -15,8 +14,7 @@ fn attractors(
     (around, seeds): &(StateBox, DMatrix<f64>),
     options: &AttractorOptions,
 ) -> Attractors {
-    let go_on = &mut |_| ControlFlow::Continue(());
-    find_attractors(scene, around, seeds, options, go_on).expect("attractors")
+    find_attractors(scene, around, seeds, options).expect("attractors")
 }
 
 #[test]
@@ -219,8 +217,7 @@ fn threads_change_no_bit_and_wrong_calls_are_refused() {
     assert_eq!(one.of_seed, many.of_seed);
     assert_eq!(one.all[0].points, many.all[0].points);
     let refused = |scene: &Scene, seeds: &DMatrix<f64>, options: &AttractorOptions| {
-        let go_on = &mut |_| ControlFlow::Continue(());
-        let found = find_attractors(scene, &around.0, seeds, options, go_on);
+        let found = find_attractors(scene, &around.0, seeds, options);
         found.expect_err("refused").to_string()
     };
     let usual = AttractorOptions::default();

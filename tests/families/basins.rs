@@ -2,7 +2,6 @@
 
 use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
     Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Harmonic, Kind, Label,
@@ -20,8 +19,7 @@ fn attractors(
         phase,
         ..AttractorOptions::default()
     };
-    let go_on = &mut |_| ControlFlow::Continue(());
-    find_attractors(scene, around, seeds, &options, go_on)
+    find_attractors(scene, around, seeds, &options)
         .expect("attractors")
         .all
 }
@@ -33,8 +31,7 @@ fn cells(
     options: &BasinOptions,
 ) -> BasinCells {
     let phases = vec![options.phase; states.nrows()];
-    let go_on = &mut |_| ControlFlow::Continue(());
-    basin_cells(scene, known, around, (states, &phases), options, go_on).expect("cells")
+    basin_cells(scene, known, around, (states, &phases), options).expect("cells")
 }
 
 #[test]
@@ -82,7 +79,6 @@ fn a_label_is_where_the_motion_ends() {
     );
     let later = later.expect("a run");
     let state = dmatrix![later.last().0[0], later.last().1[0]];
-    let go_on = &mut |_| ControlFlow::Continue(());
     let phases = [0.3 * 2.0 * PI];
     let moved = basin_cells(
         &scene,
@@ -90,7 +86,6 @@ fn a_label_is_where_the_motion_ends() {
         &around,
         (&state, &phases),
         &BasinOptions::default(),
-        go_on,
     );
     assert_eq!(moved.expect("cells").labels[0], found.labels[3]);
 }
@@ -220,14 +215,12 @@ fn threads_change_no_label_and_wrong_calls_are_refused() {
     };
     assert_eq!(of(1), of(7));
     let refused = |states: &DMatrix<f64>, phases: &[f64]| {
-        let go_on = &mut |_| ControlFlow::Continue(());
         let found = basin_cells(
             &scene,
             &known,
             &around,
             (states, phases),
             &BasinOptions::default(),
-            go_on,
         );
         found.expect_err("refused").to_string()
     };

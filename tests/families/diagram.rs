@@ -2,7 +2,6 @@
 
 use crate::scenes::oscillator_at;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Axis, BifurcationDiagram, DiagramOptions, Direction, Forcing, Harmonic, Kind, LinearSystem,
@@ -17,14 +16,12 @@ fn diagram(
     options: &DiagramOptions,
 ) -> BifurcationDiagram {
     let axis = Axis::new(parameter, values.iter().copied());
-    let go_on = &mut |_| ControlFlow::Continue(());
-    bifurcation_diagram(scene, &axis, options, go_on).expect("a diagram")
+    bifurcation_diagram(scene, &axis, options).expect("a diagram")
 }
 
 fn refused(scene: &Scene, values: &[f64], options: &DiagramOptions) -> String {
     let axis = Axis::new(Parameter::ForcingScale, values.iter().copied());
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let error = bifurcation_diagram(scene, &axis, options, go_on).expect_err("refused");
+    let error = bifurcation_diagram(scene, &axis, options).expect_err("refused");
     error.to_string()
 }
 

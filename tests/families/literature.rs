@@ -1,7 +1,6 @@
 //! Smooth cases with published numbers. `VIBROIMPACT_SIDE=200` gives the basins as many cells a side as they were published with.
 
 use crate::scenes::{double_well, grid, well};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
     Attraction, AttractorOptions, BasinOptions, Label, LyapunovOptions, basin_cells,
@@ -36,16 +35,9 @@ fn both_wells_have_about_half_of_the_plane() {
     let side = std::env::var("VIBROIMPACT_SIDE").map_or(50, |side| side.parse().expect("a number"));
     let (around, seeds) = grid([-2.2, 2.2], [-2.2, 2.2], 5);
     let (_, states) = grid([-2.2, 2.2], [-2.2, 2.2], side);
-    let go_on = || |_| ControlFlow::Continue(());
     let scene = double_well();
-    let known = find_attractors(
-        &scene,
-        &around,
-        &seeds,
-        &AttractorOptions::default(),
-        &mut go_on(),
-    )
-    .expect("found");
+    let known =
+        find_attractors(&scene, &around, &seeds, &AttractorOptions::default()).expect("found");
     assert_eq!(known.all.len(), 2);
     let phases = vec![0.0; side * side];
     let found = basin_cells(
@@ -54,7 +46,6 @@ fn both_wells_have_about_half_of_the_plane() {
         &around,
         (&states, &phases),
         &BasinOptions::default(),
-        &mut go_on(),
     );
     let found = found.expect("cells");
     let part = |k: usize| {

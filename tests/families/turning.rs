@@ -1,7 +1,6 @@
 //! Attractors and basins of a pendulum that may turn over: an angle is the same a turn on.
 
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
     AttractorKind, AttractorOptions, Attractors, BasinOptions, Harmonic, Label, PendulumChain,
@@ -44,8 +43,7 @@ fn found(low: f64, phase: f64) -> Attractors {
         transient: 100,
         ..AttractorOptions::default()
     };
-    let go_on = &mut |_| ControlFlow::Continue(());
-    find_attractors(&pendulum(), &around(low), &seeds(low), &options, go_on).expect("found")
+    find_attractors(&pendulum(), &around(low), &seeds(low), &options).expect("found")
 }
 
 fn shorter(x: f64) -> f64 {
@@ -89,7 +87,6 @@ fn motions_that_turn_over_repeat_themselves() {
 
 #[test]
 fn basins_are_the_same_a_turn_on() {
-    let go_on = || |_| ControlFlow::Continue(());
     let all = found(-PI, 0.0);
     let states = seeds(-PI);
     let turned = DMatrix::from_fn(25, 2, |i, j| {
@@ -98,15 +95,7 @@ fn basins_are_the_same_a_turn_on() {
     let phases = vec![0.0; 25];
     let options = BasinOptions::default();
     let cells = |around: &StateBox, states: &DMatrix<f64>| {
-        basin_cells(
-            &pendulum(),
-            &all.all,
-            around,
-            (states, &phases),
-            &options,
-            &mut go_on(),
-        )
-        .expect("cells")
+        basin_cells(&pendulum(), &all.all, around, (states, &phases), &options).expect("cells")
     };
     let here = cells(&around(-PI), &states);
     assert_eq!(cells(&around(-PI), &turned).labels, here.labels);

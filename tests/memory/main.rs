@@ -8,7 +8,6 @@ mod counting;
 
 use counting::peak_of;
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, DoublePendulum, Harmonic, Impact, Keep, Kind, LinearSystem, Method, PaperOptions,
     Scene, SimulateOptions, Solver, Stop, SweepOptions, Trajectory, Wall, WallSide, paper_scene,
@@ -174,9 +173,8 @@ fn an_ensemble_takes_a_row_for_each_trajectory() {
             keep: Keep::Final,
             ..Default::default()
         };
-        let go_on = &mut |_| ControlFlow::Continue(());
         let (ends, peak) =
-            peak_of(|| simulate_many(&case.scene, (&q0, &v0), (0.0, span), &options, sweep, go_on));
+            peak_of(|| simulate_many(&case.scene, (&q0, &v0), (0.0, span), &options, sweep));
         assert!(ends.expect("runs").n_impacts.iter().all(|&n| n > 0));
         peak
     };

@@ -4,13 +4,15 @@
 use crate::random::Random;
 use crate::scenes::{harmonic, scene, unit_mass, upper};
 use nalgebra::{Complex, DMatrix, dvector};
+use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+use std::rc::Rc;
 use vibroimpact::{
     Axis, BaseMotion, Error, ExistenceMap, ExistencePoint, Kind, LinearSystem, OrbitOptions,
-    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Progress, Scene,
-    SweepOptions, existence_at, existence_map, existence_tile, paper_scene, paper_system,
-    periodic_orbits,
+    OrderMultipliers, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene, SweepOptions,
+    existence_at, existence_map, existence_tile, paper_scene, paper_system, periodic_orbits,
+    with_observer,
 };
 
 fn grid(low: f64, high: f64, n: usize) -> impl Iterator<Item = f64> {
@@ -32,16 +34,7 @@ fn map(
     let options = SweepOptions {
         threads: Some(threads),
     };
-    let go_on = &mut |_: Progress| ControlFlow::Continue(());
-    existence_map(
-        scene,
-        &Pattern::single(stop),
-        (x, y),
-        n_periods,
-        options,
-        go_on,
-    )
-    .expect("solved")
+    existence_map(scene, &Pattern::single(stop), (x, y), n_periods, options).expect("solved")
 }
 
 fn third_kind() -> Scene {
@@ -159,8 +152,7 @@ fn compare(
 ) -> [usize; 3] {
     let mut seen = [0; 3];
     let options = SweepOptions { threads: Some(1) };
-    let go_on = &mut |_: Progress| ControlFlow::Continue(());
-    let found = existence_map(scene, pattern, (x, y), n_periods, options, go_on).expect("solved");
+    let found = existence_map(scene, pattern, (x, y), n_periods, options).expect("solved");
     let mut random = Random::new(1);
     for _ in 0..10 {
         let (i, j) = (random.below(x.values.len()), random.below(y.values.len()));
@@ -281,7 +273,6 @@ fn cells_of_other_forms_are_what_periodic_orbits_finds() {
         (&x, &y),
         3,
         SweepOptions::default(),
-        &mut |_| ControlFlow::Continue(()),
     )
     .expect("solved");
     assert_eq!(
@@ -382,21 +373,16 @@ fn an_observer_hears_of_progress_and_may_stop() {
         let options = SweepOptions {
             threads: Some(threads),
         };
-        let mut last = None;
-        let watch = &mut |p: Progress| {
-            last = Some(p);
+        let last = Rc::new(Cell::new(0.0));
+        let told = Rc::clone(&last);
+        let watch = move |part: f64| {
+            assert!(part >= told.replace(part), "it goes back");
             ControlFlow::Continue(())
         };
-        existence_map(&scene, &Pattern::single(1), (&x, &y), 2, options, watch).expect("solved");
-        assert_eq!(
-            last,
-            Some(Progress {
-                done: 1200,
-                total: 1200
-            })
-        );
-        let stop = &mut |_: Progress| ControlFlow::Break(());
-        let broken = existence_map(&scene, &Pattern::single(1), (&x, &y), 2, options, stop);
+        let map = || existence_map(&scene, &Pattern::single(1), (&x, &y), 2, options);
+        with_observer(watch, map).expect("solved");
+        assert_eq!(last.get(), 1.0);
+        let broken = with_observer(|_| ControlFlow::Break(()), map);
         assert_eq!(broken, Err(Error::Interrupted));
     }
 }
@@ -405,17 +391,11 @@ fn an_observer_hears_of_progress_and_may_stop() {
 fn wrong_questions_are_refused_by_name() {
     let scene = third_kind();
     let refusal = |x: &Axis, y: &Axis, stop: usize, n_periods: usize| {
-        let untouched = &mut |_: Progress| panic!("refused before anything is computed");
-        existence_map(
-            &scene,
-            &Pattern::single(stop),
-            (x, y),
-            n_periods,
-            SweepOptions::default(),
-            untouched,
-        )
-        .expect_err("refused")
-        .to_string()
+        let options = SweepOptions::default();
+        let map = || existence_map(&scene, &Pattern::single(stop), (x, y), n_periods, options);
+        with_observer(|_| panic!("refused before anything is computed"), map)
+            .expect_err("refused")
+            .to_string()
     };
     let w = axis("frequency", [1.5]);
     for (name, values, start) in [

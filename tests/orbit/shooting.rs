@@ -3,7 +3,6 @@
 use crate::scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use nalgebra::{DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Parameter,
     Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, Stop,
@@ -306,7 +305,6 @@ fn the_stops_of_a_pattern_alone_are_looked_at() {
     // A third stop in the middle of the motion, which every flight passes.
     let three = [two, vec![upper(0, 0.1, 0.5)]].concat();
     let scene = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), three);
-    let go_on = &mut || ControlFlow::Continue(());
     let t = known.period() - 0.05;
     let (q, v) = known.state(t, false);
     let (q, v) = (q * 1.001, v * 0.999);
@@ -330,30 +328,30 @@ fn the_stops_of_a_pattern_alone_are_looked_at() {
         } else {
             &scene
         };
-        let found = find_orbit_in_order(own, guess, None, &pattern, go_on).expect("found");
+        let found = find_orbit_in_order(own, guess, None, &pattern).expect("found");
         assert_eq!(found.pattern(), &pattern);
         assert_eq!(found.is_admissible(), Some(false));
         assert!((found.v0() - known.v0()).amax() < 1e-11, "{guess:?}");
         assert!((found.phase() - known.phase()).sin().abs() < 1e-11);
     }
     // Nothing at all, and a stop that is not reached.
-    let none = find_orbit_in_order(&scene, state, None, &Pattern::none(), go_on).expect("steady");
+    let none = find_orbit_in_order(&scene, state, None, &Pattern::none()).expect("steady");
     assert!(none.impacts().is_empty() && opening_of_steady(&none) < 1e-12);
     let far = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), vec![upper(0, 50.0, 0.8)]);
-    let text = find_orbit_in_order(&far, state, None, &Pattern::single(0), go_on);
+    let text = find_orbit_in_order(&far, state, None, &Pattern::single(0));
     let text = text.expect_err("out of reach").to_string();
     assert!(
         text.contains("pattern[0]") && text.contains("not hit within a period"),
         "{text}"
     );
-    let text = find_orbit_in_order(&scene, state, None, &Pattern::single(3), go_on);
+    let text = find_orbit_in_order(&scene, state, None, &Pattern::single(3));
     assert!(
         text.expect_err("no such stop")
             .to_string()
             .contains("pattern[0]")
     );
     let free = oscillator(0.0, Forcing::Unforced, [upper(0, 0.5, 1.0)]);
-    let text = find_orbit_in_order(&free, &settled, None, &Pattern::single(0), go_on);
+    let text = find_orbit_in_order(&free, &settled, None, &Pattern::single(0));
     assert!(text.expect_err("no period").to_string().contains("period"));
 }
 

@@ -2,7 +2,6 @@
 
 use crate::scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scene, upper, with};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
-use std::ops::ControlFlow;
 use vibroimpact::{
     Forcing, Keep, Kind, Method, PaperOptions, Scene, SegmentKind, Side, SimulateOptions, Solver,
     Status, Stop, SweepOptions, paper_scene, simulate, simulate_many,
@@ -217,14 +216,12 @@ fn an_ensemble_of_pendulums_has_the_bits_of_one_by_one() {
         keep: Keep::Final,
         ..Default::default()
     };
-    let go_on = &mut |_| ControlFlow::Continue(());
     let ends = simulate_many(
         &scene,
         (&q0, &v0),
         (0.0, 30.0),
         &options,
         SweepOptions::default(),
-        go_on,
     )
     .expect("runs");
     for i in 0..9 {

@@ -1,10 +1,12 @@
 //! Numbers of a scene that drift along a run: angles go on, what is kept comes back, the laws of mechanics hold along all chapters.
 
+use std::cell::Cell;
 use std::ops::ControlFlow;
+use std::rc::Rc;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampLaw, RampProfile, Scene, Side,
-    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, simulate_observed,
+    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, with_observer,
 };
 use vibroimpact::{Harmonic, Method};
 
@@ -217,16 +219,18 @@ fn whoever_observes_a_run_is_asked_while_its_ramp_is_laid_out() {
         keep: Keep::Final,
         ..SimulateOptions::default()
     };
-    let (rest, mut asked) = (dvector![0.0, 0.0], 0);
-    let mut observer = |t: f64| {
-        asked += 1;
-        if t > 0.0 || asked > 40 {
+    let (rest, asked) = (dvector![0.0, 0.0], Rc::new(Cell::new(0)));
+    let count = Rc::clone(&asked);
+    let observer = move |part: f64| {
+        count.set(count.get() + 1);
+        if part > 0.0 || count.get() > 40 {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
         }
     };
-    let run = simulate_observed(&scene(), &rest, &rest, (0.0, 3e4), &options, &mut observer);
+    let run = || simulate(&scene(), &rest, &rest, (0.0, 3e4), &options);
+    let run = with_observer(observer, run);
     assert_eq!(run.expect_err("broken off"), Error::Interrupted);
-    assert_eq!(asked, 41, "asked before the run has begun");
+    assert_eq!(asked.get(), 41, "asked before the run has begun");
 }

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, Constraint, DoublePendulum, Error, Forcing, Harmonic, ImpactSide, Keep, Kind,
     Method, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, SweepOptions,
-    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
+    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many, with_observer,
 };
 
 fn taylor(rtol: f64) -> SimulateOptions {
@@ -294,8 +294,7 @@ fn assert_many_are_each(scene: &Scene, starts: &[DVector<f64>; 2], options: &Sim
         .each_ref()
         .map(|x| DMatrix::from_row_slice(x.len() / n, n, x.as_slice()));
     let sweep = SweepOptions::default();
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let many = simulate_many(scene, (&q0, &v0), SPAN, options, sweep, go_on).expect("runs");
+    let many = simulate_many(scene, (&q0, &v0), SPAN, options, sweep).expect("runs");
     for i in 0..q0.nrows() {
         let (q, v) = (q0.row(i).transpose(), v0.row(i).transpose());
         let one = simulate(scene, &q, &v, SPAN, options).expect("runs");
@@ -346,16 +345,9 @@ fn an_observer_stops_runs_abreast() {
         keep: Keep::Final,
         ..taylor(1e-9)
     };
-    let stop = &mut |_| ControlFlow::Break(());
-    let sweep = SweepOptions::default();
-    let stopped = simulate_many(
-        &large_motions(),
-        (&start, &start),
-        hours,
-        &options,
-        sweep,
-        stop,
-    );
+    let (scene, sweep) = (large_motions(), SweepOptions::default());
+    let runs = || simulate_many(&scene, (&start, &start), hours, &options, sweep);
+    let stopped = with_observer(|_| ControlFlow::Break(()), runs);
     assert_eq!(stopped, Err(Error::Interrupted));
 }
 

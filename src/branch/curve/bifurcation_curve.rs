@@ -14,8 +14,8 @@ use crate::continuation::{ScaledDirection, ZeroProblem, corrected, walk};
 use crate::error::{Error, Result, digits};
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
+use crate::observer::ProgressRange;
 use crate::tolerance::ELSEWHERE_ON_CURVE;
-use std::ops::ControlFlow;
 
 /// Follows a special point of a branch over two numbers of its scene. Folds, period doublings, tori, pitchforks, grazes, impacts
 /// without speed and corners; or an orbit that hits stops at one instant, which one number alone cannot keep. Both ways, by
@@ -33,7 +33,6 @@ use std::ops::ControlFlow;
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::{ContinuationOptions, CurveOf, OrbitOptions, Parameter, Pattern, SpecialKind, bifurcation_curve, continuation, periodic_orbits};
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Harmonic, LinearSystem, Scene, Stop};
@@ -42,11 +41,10 @@ use std::ops::ControlFlow;
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?])?;
 /// let orbits = periodic_orbits(&scene, &Pattern::single(0), &OrbitOptions::default())?;
 /// let options = ContinuationOptions::default();
-/// let go_on = &mut |_| ControlFlow::Continue(());
-/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.5, 2.0), &options, go_on)?;
+/// let branch = continuation(&orbits[0], Parameter::ForcingScale, (0.5, 2.0), &options)?;
 /// let doubling = branch.special.iter().find(|own| own.kind == SpecialKind::PeriodDoubling).expect("one");
 /// let plane = [Parameter::Frequency, Parameter::CLEARANCE];
-/// let curve = bifurcation_curve(CurveOf::Special(doubling), plane, [(2.1, 3.0), (0.5, 1.5)], &options, go_on)?;
+/// let curve = bifurcation_curve(CurveOf::Special(doubling), plane, [(2.1, 3.0), (0.5, 1.5)], &options)?;
 /// assert!(curve.x.len() > 10);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -55,7 +53,6 @@ pub fn bifurcation_curve(
     parameters: [Parameter; 2],
     between: [(f64, f64); 2],
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<BifurcationCurve> {
     let scene = of.orbit().scene();
     let mut start = [0.0; 2];
@@ -74,7 +71,7 @@ pub fn bifurcation_curve(
         let scene = scene.with_value(parameters[0], x)?;
         scene.with_value(parameters[1], y)
     };
-    bifurcation_curve_of(of, &make, start, between, options, observer)
+    bifurcation_curve_of(of, &make, start, between, options)
 }
 
 /// The same over scenes of any kind, one for each pair of values; the orbit is that of a pair.
@@ -87,7 +84,6 @@ pub fn bifurcation_curve_of(
     start: [f64; 2],
     between: [(f64, f64); 2],
     options: &ContinuationOptions,
-    observer: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<BifurcationCurve> {
     options.check()?;
     for (axis, range) in between.into_iter().enumerate() {
@@ -112,13 +108,11 @@ pub fn bifurcation_curve_of(
         return Err(Error::bad_value("start", "of another scene", rule));
     }
     let first = first_point(&plane, iterate)?;
+    let _range = ProgressRange::over(between[0].0, between[0].1);
     let joined = both_halves(&first, options.heading, |sign| {
         let mut first = first.clone();
         first.found.tangent = first.found.tangent.scaled(sign);
-        let mut walker = CurveWalk {
-            plane: &plane,
-            observer,
-        };
+        let mut walker = CurveWalk { plane: &plane };
         walk(&mut walker, first, options.steps, options.max_points)
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| CurvePoint {

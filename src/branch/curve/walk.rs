@@ -13,12 +13,11 @@ use crate::continuation::{
     stepped,
 };
 use crate::error::{Error, Result, digits};
-use std::ops::ControlFlow;
+use crate::observer::report;
 
 /// A curve that is followed.
 pub(super) struct CurveWalk<'a, 'o> {
     pub plane: &'o CurveProblem<'a>,
-    pub observer: &'o mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 
 /// The outcome of a step along a curve.
@@ -39,7 +38,7 @@ impl Walk for CurveWalk<'_, '_> {
         let plane = self.plane;
         let from = points.last().unwrap_or(first);
         let at = [from.found.iterate.place.value, from.found.iterate.second];
-        if (self.observer)(at[0]).is_break() {
+        if report(at[0]).is_err() {
             return Ok(StepOutcome::end(broken_off(at)));
         }
         let end = reached(plane, &from.found, length);

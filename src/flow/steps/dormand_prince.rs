@@ -40,6 +40,7 @@ impl ButcherTableau for DormandPrinceTableau {
             11.0 / 84.0,
         ],
     ];
+    /// The last stage of the solution. [exact]
     const END: usize = 6;
     // The solution of order 5 less that of order 4.
     const ERROR: EmbeddedError = EmbeddedError::One(&[
@@ -68,5 +69,6 @@ impl ButcherTableau for DormandPrinceTableau {
         most: 10.0,
         kept_below: 1.0,
     };
+    /// The stability limit on the negative real axis. [exact]
     const STABLE: f64 = 3.25;
 }

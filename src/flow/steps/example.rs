@@ -16,6 +16,7 @@ impl ButcherTableau for BogackiShampineTableau {
     const NODES: &'static [f64] = &[0.5, 0.75, 1.0];
     const ROWS: &'static [&'static [f64]] =
         &[&[0.5], &[0.0, 0.75], &[2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0]];
+    /// The last stage of the solution. [exact]
     const END: usize = 3;
     // The solution of order 3 less that of order 2.
     const ERROR: EmbeddedError =
@@ -29,5 +30,6 @@ impl ButcherTableau for BogackiShampineTableau {
         most: 10.0,
         kept_below: 1.0,
     };
+    /// The last two stages are at two times. [exact]
     const STABLE: f64 = f64::INFINITY;
 }

@@ -17,7 +17,7 @@ pub(crate) trait ButcherTableau: 'static {
     const NODES: &'static [f64];
     /// Rows of the stages from 1 on, each with a weight for every stage before.
     const ROWS: &'static [&'static [f64]];
-    /// The stage at the end of the step, at the node 1; those after it are needed for the dense output alone.
+    /// The stage at the end of the step, at the node 1; those after it are needed for the dense output alone. [exact]
     const END: usize;
     const ERROR: EmbeddedError;
     /// Coefficients of the dense output beyond the cubic through states and rates of both ends, in its nested form: weights of the stages.
@@ -26,7 +26,7 @@ pub(crate) trait ButcherTableau: 'static {
     const HAS_QUINTIC: bool;
     const CONTROL: StepControl;
     /// Stiffness `h |lambda|` beyond which stability holds the step down: the stability limit on the negative real axis. It is told by
-    /// the last two stages, which are at one time; infinite where they are not.
+    /// the last two stages, which are at one time; infinite where they are not. [exact]
     const STABLE: f64;
 }
 
@@ -85,7 +85,6 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> ExplicitRk<T, 
             Ordering::Greater => &mut self.scratch,
         };
         stage_state(known, T::ROWS[K - 1], (x, h), target);
-        self.n_rhs += 1;
         rate(dynamics, drive, target, &mut next[0])
     }
 
@@ -93,6 +92,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> ExplicitRk<T, 
     fn extend<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<()> {
         if const { T::END + 1 < N } && !self.is_extended {
             stages!(self, (T::END + 1, N), (dynamics, start, h), 4 5 6 7 8 9 10 11 12 13 14 15);
+            self.n_rhs += N - 1 - T::END;
             self.is_extended = true;
         }
         Ok(())
@@ -196,6 +196,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> Stepper<S>
     fn step<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<bool> {
         self.is_extended = false;
         stages!(self, (1, T::END + 1), (dynamics, start, h), 1 2 3 4 5 6 7 8 9 10 11 12);
+        self.n_rhs += T::END;
         Ok(true)
     }
 

@@ -6,11 +6,12 @@ mod contract;
 pub(crate) mod control;
 pub(crate) mod dense_output;
 mod dop853;
-mod dop853_tableau;
 mod dormand_prince;
 #[cfg(test)]
 pub(crate) mod example;
 mod explicit_rk;
+#[cfg(test)]
+mod explicit_rk_tests;
 #[cfg(test)]
 mod order_conditions;
 mod radau;

@@ -104,7 +104,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let (q, v) = self.physical();
         let at = self.moment();
@@ -172,7 +172,7 @@ impl RegimeFlight<'_> {
         &self,
         flow: &H,
         span: f64,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<(Option<(Guard, f64)>, SearchSummary, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.state_from_modal(&self.modal_state, self.at, &mut state);

@@ -520,7 +520,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         if let Some(motion) = &self.regime_motion {
             let motion = Arc::clone(motion);

@@ -49,7 +49,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let Self { free, system } = self;
         if system.is_free() {

@@ -26,7 +26,7 @@ pub(crate) trait FreeFlight<S: State, D: Dynamics> {
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival>;
 
     /// Records an arc of no length at the present state; `last` is the time at which the run ends with it.

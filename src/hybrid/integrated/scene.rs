@@ -338,7 +338,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         self.is_begun = false;
         let motion = self.motion_in(&self.regime);

@@ -69,7 +69,7 @@ impl<S: State, D: Dynamics> FreeFlight<S, D> for Taylor {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let Self { search, series } = self;
         let end = system.clock.after(span);
@@ -149,7 +149,7 @@ impl SeriesSearch {
         system: &mut Integrated<'_, S, D, P>,
         series: &mut SeriesOf<1>,
         end: Clock,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let mut steps = observer.steps(self.work());
         system.is_begun = false;

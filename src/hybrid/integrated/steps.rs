@@ -60,7 +60,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P::Choic
         orders: &[usize],
         ends: (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let dynamics = system.dynamics;
         if system.contacts.is_empty() && recorder.wanted().is_nothing() {
@@ -304,7 +304,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         &mut self,
         dynamics: &E,
         span: f64,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         let end = self.clock.after(span);
         let mut steps = observer.steps(self.work_of_step());
@@ -369,7 +369,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         orders: &[usize],
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Arrival> {
         self.grazes.clear();
         self.doubt = None;

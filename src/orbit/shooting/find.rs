@@ -11,12 +11,12 @@ use crate::orbit::shooting::guess::{Guess, Start};
 use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
+use crate::quantity::at_least_one;
 use crate::recurrence::{Measure, advance};
 use crate::simulate::{ImpactSide, Trajectory};
 use crate::tolerance::SAME_ROUND;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 /// States of a trajectory, one in each period of the forcing, by which a drift is recognised. [work]
 const DRIFT_STATES: usize = 100;
@@ -65,21 +65,8 @@ pub fn find_orbit<'a>(
     guess: impl Into<Guess<'a>>,
     n_periods: Option<usize>,
 ) -> Result<PeriodicOrbit> {
-    find_orbit_observed(scene, guess, n_periods, &mut || ControlFlow::Continue(()))
-}
-
-/// [`find_orbit`], asking `observer` before each step of Newton's method whether to go on.
-///
-/// # Errors
-/// As [`find_orbit`]; `Error::Interrupted` when the observer breaks off.
-pub fn find_orbit_observed<'a>(
-    scene: &Scene,
-    guess: impl Into<Guess<'a>>,
-    n_periods: Option<usize>,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<PeriodicOrbit> {
     let guess = guess.into();
-    let found = found_near(scene, guess, n_periods, observer);
+    let found = found_near(scene, guess, n_periods);
     match (found, guess) {
         (Err(error), Guess::Trajectory(run)) if error != Error::Interrupted => {
             Err(drift(run).ok().flatten().unwrap_or(error))
@@ -112,24 +99,19 @@ fn drift(run: &Trajectory) -> Result<Option<Error>> {
 }
 
 /// The orbit near a guess.
-fn found_near(
-    scene: &Scene,
-    guess: Guess<'_>,
-    n_periods: Option<usize>,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<PeriodicOrbit> {
+fn found_near(scene: &Scene, guess: Guess<'_>, n_periods: Option<usize>) -> Result<PeriodicOrbit> {
     let is_counted = n_periods.is_some() || matches!(guess, Guess::Orbit(_));
     let (scene, signature, first) = begun(scene, guess, n_periods)?;
     if is_counted || signature.n_periods == 1 {
-        return solved((scene, signature, first), observer);
+        return solved((scene, signature, first));
     }
     let several = with_shooting(&scene, &signature, |shooting, orbit| {
-        let (found, flight_ends) = shooting.solve(first, observer)?;
+        let (found, flight_ends) = shooting.solve(first)?;
         Ok((orbit(&found, &flight_ends)?, found))
     });
     let (orbit, found) = several?;
     match one_round(&scene, &signature, &found)? {
-        Some((signature, round)) => solved((scene, signature, round), observer),
+        Some((signature, round)) => solved((scene, signature, round)),
         None => Ok(orbit),
     }
 }
@@ -143,7 +125,6 @@ fn found_near(
 ///
 /// # Examples
 /// ```
-/// use std::ops::ControlFlow;
 /// use vibroimpact::nalgebra::{dmatrix, dvector};
 /// use vibroimpact::{Guess, Harmonic, LinearSystem, Pattern, Scene, Stop, find_orbit_in_order};
 /// let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0])?;
@@ -151,7 +132,7 @@ fn found_near(
 /// let scene = Scene::new(system, force, [Stop::new(0, 1.0, 0.8)?, Stop::new(0, 1.1, 0.8)?])?;
 /// let guess = Guess::State { q: &dvector![0.0], v: &dvector![2.0], period: None };
 /// // Behind the first stop, which it passes through.
-/// let orbit = find_orbit_in_order(&scene, guess, None, &Pattern::single(1), &mut || ControlFlow::Continue(()))?;
+/// let orbit = find_orbit_in_order(&scene, guess, None, &Pattern::single(1))?;
 /// assert_eq!(orbit.is_admissible(), Some(false));
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
@@ -160,19 +141,15 @@ pub fn find_orbit_in_order<'a>(
     guess: impl Into<Guess<'a>>,
     n_periods: Option<usize>,
     pattern: &Pattern,
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<PeriodicOrbit> {
     let begun = begun_in_order(scene, guess.into(), n_periods, Some(pattern))?;
-    solved(begun, observer)
+    solved(begun)
 }
 
 /// The orbit near the loop that a guess is.
-fn solved(
-    (scene, signature, guess): (Scene, Signature, ShootingState),
-    observer: &mut dyn FnMut() -> ControlFlow<()>,
-) -> Result<PeriodicOrbit> {
+fn solved((scene, signature, guess): (Scene, Signature, ShootingState)) -> Result<PeriodicOrbit> {
     with_shooting(&scene, &signature, |shooting, orbit| {
-        let (found, flight_ends) = shooting.solve(guess, observer)?;
+        let (found, flight_ends) = shooting.solve(guess)?;
         orbit(&found, &flight_ends)
     })
 }
@@ -249,9 +226,7 @@ fn one_round(
 }
 
 fn check_periods(scene: &Scene, n_periods: Option<usize>) -> Result<()> {
-    if n_periods == Some(0) {
-        return Err(Error::bad_value("n_periods", 0, "it must be at least 1"));
-    }
+    at_least_one("n_periods", n_periods.unwrap_or(1))?;
     if let (None, Some(n)) = (scene.frequency(), n_periods) {
         let rule = "the scene has no forcing whose periods could be counted; leave it out";
         return Err(Error::bad_value("n_periods", n, rule));

@@ -5,14 +5,13 @@ use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
-use crate::observer::stop_if;
+use crate::observer::unless_broken_off;
 use crate::orbit::shooting::closure::{
     Clocked, FlightEnd, MOST_SHOOTING_STEPS, Mismatch, Shooting, ShootingState,
 };
 use crate::orbit::shooting::transported_flight::{FlightMap, TransportedFlight};
 use crate::tolerance::{NEAR_FOLD, SHRUNK_MOTION, ZERO_MISMATCH};
 use nalgebra::{DMatrix, DVector};
-use std::ops::ControlFlow;
 
 /// Halvings of a Newton step that does not bring the motion nearer to closing. [work]
 const MOST_CORRECTION_HALVINGS: i32 = 12;
@@ -74,23 +73,19 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
 
 impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
-    pub fn solve(
-        &self,
-        guess: ShootingState,
-        observer: &mut dyn FnMut() -> ControlFlow<()>,
-    ) -> Result<(ShootingState, Vec<FlightEnd>)> {
+    pub fn solve(&self, guess: ShootingState) -> Result<(ShootingState, Vec<FlightEnd>)> {
         let mut current = guess;
         let mut units = self.units(&current)?;
         let first_units = units;
         let mut mismatch = self.mismatch(&current, &units)?;
         let mut steps = 0;
         while steps < MOST_SHOOTING_STEPS && mismatch > ZERO_MISMATCH {
-            stop_if(observer())?;
+            unless_broken_off()?;
             let equations = self.linearised(&current, &units)?;
             let mut better = None;
             for weak in self.weak_directions {
                 let correction = least_correction(&equations, weak)?;
-                better = self.corrected((&current, mismatch), &correction, &units, observer)?;
+                better = self.corrected((&current, mismatch), &correction, &units)?;
                 if better.is_some() {
                     break;
                 }
@@ -269,7 +264,6 @@ impl Shooting<'_> {
         (state, mismatch): (&ShootingState, f64),
         correction: &ShootingState,
         units: &ScaledUnits,
-        observer: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Option<(ShootingState, f64)>> {
         // A loop that is closed is only polished.
         let tries = if mismatch <= self.motion.closes_to() {
@@ -278,7 +272,7 @@ impl Shooting<'_> {
             MOST_CORRECTION_HALVINGS
         };
         for halvings in 0..tries {
-            stop_if(observer())?;
+            unless_broken_off()?;
             let part = 0.5f64.powi(halvings);
             let next = state.moved(correction, part);
             let flights = next.starts.iter().zip(next.times.windows(2));

@@ -175,7 +175,7 @@ pub(crate) fn stability(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Stability> {
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
     if let Some(refused) = refused(pattern, found, is_coupled) {
@@ -242,7 +242,7 @@ pub(crate) fn largest_multiplier(
     phase: f64,
     flights: &[Flight],
     found: &Admissibility,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<Option<f64>> {
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
     if refusal(pattern, found, is_coupled).is_some() {

@@ -147,7 +147,7 @@ impl FlightTimeSearch<'_> {
     }
 
     /// The walk over the range; `splits` as in `TwoInstantConditions::splits_at_half`.
-    fn walk(&self, splits: bool, observer: &mut Observer<'_>) -> Result<Isolated> {
+    fn walk(&self, splits: bool, observer: &mut Observer) -> Result<Isolated> {
         let mut minors = self.minors();
         let (low, high) = self.range();
         let meets = self.meets();
@@ -174,7 +174,7 @@ impl FlightTimeSearch<'_> {
     ///
     /// # Errors
     /// `Error::Interrupted` from the observer; `Error::NoConvergence` of a decomposition.
-    pub fn run(&self, observer: &mut Observer<'_>) -> Result<(Vec<Root>, String)> {
+    pub fn run(&self, observer: &mut Observer) -> Result<(Vec<Root>, String)> {
         let splits = self.phase.is_none() && self.conditions.splits_at_half();
         let found = self.walk(splits, observer)?;
         let mut roots: Vec<Root> = Vec::new();
@@ -276,7 +276,7 @@ impl FlightTimeSearch<'_> {
         &self,
         bracket: &Enclosure,
         splits: bool,
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Option<Root>> {
         let is_other = |dt: f64| {
             self.is_meeting(dt, SAME_FLIGHT_TIME)
@@ -292,7 +292,7 @@ impl FlightTimeSearch<'_> {
     }
 
     /// A bracket of one sign change, narrowed by bisection.
-    fn halved(&self, bracket: &Enclosure, observer: &mut Observer<'_>) -> Result<Enclosure> {
+    fn halved(&self, bracket: &Enclosure, observer: &mut Observer) -> Result<Enclosure> {
         let mut minors = self.minors();
         let mut value = |t: f64| {
             let place = SearchInterval {
@@ -326,7 +326,7 @@ impl FlightTimeSearch<'_> {
     }
 
     /// The roots that Newton's method reaches from the guess of a bracket.
-    fn solve(&self, bracket: &Enclosure, observer: &mut Observer<'_>) -> Result<Vec<Root>> {
+    fn solve(&self, bracket: &Enclosure, observer: &mut Observer) -> Result<Vec<Root>> {
         let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
         let n = self.n_unknowns();
         let equations = |dt: f64| {

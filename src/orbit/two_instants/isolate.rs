@@ -104,7 +104,7 @@ fn judge(place: &SearchInterval, sampled: &IntervalModel) -> IntervalVerdict {
 pub(crate) fn isolate(
     (low, high): (f64, f64),
     deflated: (bool, bool),
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
     mut function: impl FnMut(&SearchInterval) -> IntervalModel,
 ) -> Result<Isolated> {
     let mut found = Isolated::default();
@@ -198,8 +198,7 @@ mod tests {
 
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {
-        let mut go_on = || std::ops::ControlFlow::Continue(());
-        let mut observer = Observer::new(&mut go_on);
+        let mut observer = Observer::default();
         isolate((0.0, 10.0), (false, false), &mut observer, |place| {
             let (origin, scale) = (
                 0.5 * (place.low + place.high),

@@ -22,10 +22,7 @@ use nalgebra::DVector;
 const MOST_UNKNOWNS: usize = 12;
 
 /// Every solution whose pattern has two instants.
-pub(crate) fn two_instants(
-    problem: &Problem<'_>,
-    observer: &mut Observer<'_>,
-) -> Result<Solutions> {
+pub(crate) fn two_instants(problem: &Problem<'_>, observer: &mut Observer) -> Result<Solutions> {
     let &Problem {
         ref modal,
         pattern,

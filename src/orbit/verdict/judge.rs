@@ -62,7 +62,7 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Admissibility> {
         self.admissibility_to_depth(StopDepth::FULL, phase, flights, impacts, observer)
     }
@@ -78,7 +78,7 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
@@ -148,7 +148,7 @@ impl<'a> Judge<'a> {
         phase: f64,
         flights: &[Flight],
         impacts: &[Impact],
-        observer: &mut Observer<'_>,
+        observer: &mut Observer,
     ) -> Result<Admissibility> {
         let scene = self.scene;
         let rate = rate(scene, flights);
@@ -300,7 +300,7 @@ fn search<F: LinearFlow>(
     flights: &[Flight],
     start: impl Fn(&Flight, &mut Vec<Pair>),
     found: &mut Admissibility,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<()> {
     let mut state: Vec<Pair> = Vec::new();
     let mut levels = PropagatorLevels::new(flow);

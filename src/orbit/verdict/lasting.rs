@@ -30,7 +30,7 @@ pub(crate) fn search_held(
     margins: &[f64],
     flights: &[Flight],
     found: &mut Admissibility,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<()> {
     let following = flights.iter().cycle().skip(1);
     for (flight, next) in flights.iter().zip(following) {
@@ -98,7 +98,7 @@ pub(crate) fn search_stretch<F: LinearFlow>(
     row: &GapRow,
     state: &mut [Pair],
     stretch: SearchSpan,
-    observer: &mut Observer<'_>,
+    observer: &mut Observer,
 ) -> Result<(f64, FlightCheck)> {
     let SearchSpan {
         span,

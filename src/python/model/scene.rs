@@ -3,7 +3,7 @@
 use crate::model::{
     self, BaseMotion, Change, Constraint, Forcing, Harmonic, Parameter, Scene, System,
 };
-use crate::observer::stop_if;
+use crate::observer::unless_broken_off;
 use crate::python::answered::{answered, called_here, no_attribute};
 use crate::python::array::{Numbers, complex_vector, number, numbers, vector};
 use crate::python::model::bad;
@@ -231,10 +231,10 @@ impl PyScene {
             )));
         }
         let scene = &self.0;
-        let gaps = interrupt::run(py, false, |observe| {
+        let gaps = interrupt::run(py, false, || {
             let mut gaps: Vec<f64> = Vec::new();
             for q in values.chunks(n) {
-                stop_if(observe(0.0))?;
+                unless_broken_off()?;
                 gaps.extend(scene.gaps_at(&DVector::from_row_slice(q), t)?.iter());
             }
             Ok(gaps)
@@ -307,7 +307,7 @@ impl PyScene {
     /// The linear scene of small motions: linear system, walls and nonlinear stops as plane stops, the same forcing.
     fn linearise(&self, py: Python<'_>) -> PyResult<Self> {
         let scene = &self.0;
-        let linear = interrupt::run(py, false, |_| model::linearise(scene))?;
+        let linear = interrupt::run(py, false, || model::linearise(scene))?;
         Ok(Self(linear))
     }
 
@@ -327,7 +327,7 @@ impl PyScene {
     #[pyo3(signature = (ramp=None))]
     fn plan(&self, py: Python<'_>, ramp: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
         let (scene, ramps) = (&self.0, ramps(ramp)?);
-        interrupt::run(py, false, |_| crate::simulate::plan_under(scene, &ramps))
+        interrupt::run(py, false, || crate::simulate::plan_under(scene, &ramps))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

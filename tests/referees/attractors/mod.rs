@@ -7,7 +7,6 @@ mod long_runs;
 use crate::random::Cases;
 use draw::{Case, case};
 use long_runs::{Seen, comes_back, fill_one_set, is_on_cycle, is_on_set, seen};
-use std::ops::ControlFlow;
 use vibroimpact::{
     Attractor, AttractorKind, AttractorOptions, Attractors, BasinOptions, Label, basin_cells,
     find_attractors,
@@ -89,16 +88,8 @@ fn check_list(found: &Attractors, long: &[Option<Seen>], tally: &mut Tally) {
 fn check_cells(case: &Case, found: &Attractors, long: &[Option<Seen>], tally: &mut Tally) {
     let options = BasinOptions::default();
     let phases = vec![0.0; case.cells.nrows()];
-    let go_on = &mut |_| ControlFlow::Continue(());
     let states = (&case.cells, phases.as_slice());
-    let cells = basin_cells(
-        &case.scene,
-        &found.all,
-        &case.around,
-        states,
-        &options,
-        go_on,
-    );
+    let cells = basin_cells(&case.scene, &found.all, &case.around, states, &options);
     let cells = cells.expect("cells");
     for (i, label) in cells.labels.iter().enumerate() {
         if matches!(label, Label::Inside | Label::Lost) {
@@ -148,8 +139,7 @@ fn each_attractor_is_listed_once_and_has_its_cells() {
             max_periods: 1000,
             ..AttractorOptions::default()
         };
-        let go_on = &mut |_| ControlFlow::Continue(());
-        let found = find_attractors(&case.scene, &case.around, &case.seeds, &options, go_on);
+        let found = find_attractors(&case.scene, &case.around, &case.seeds, &options);
         let found = found.expect("attractors");
         all.undecided_seeds += found.n_undecided;
         let long: Vec<_> = found.all.iter().map(|one| carried(&case, one)).collect();

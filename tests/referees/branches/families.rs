@@ -13,7 +13,6 @@ use crate::pendulums::chain::{Chain, Face, Kind};
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
-use std::ops::ControlFlow;
 use vibroimpact::{
     Branch, ContinuationOptions, Guess, PeriodicOrbit, SimulateOptions, continuation_over_energy,
     find_orbit, simulate,
@@ -236,8 +235,7 @@ fn check_family(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         steps: [1e-8, 1e-3, 0.02],
         ..Default::default()
     };
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let branch = continuation_over_energy(&first, (0.3 * start, 3.0 * start), &options, go_on);
+    let branch = continuation_over_energy(&first, (0.3 * start, 3.0 * start), &options);
     let branch = match branch {
         Ok(branch) => branch,
         Err(error) => {

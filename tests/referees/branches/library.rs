@@ -7,7 +7,6 @@ use crate::branches::tally::Tally;
 use crate::pendulums::chain::Kind;
 use crate::random::Random;
 use nalgebra::DVector;
-use std::ops::ControlFlow;
 use vibroimpact::{
     BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, PeriodicOrbit,
     SimulateOptions, Special, bifurcation_curve, bifurcation_curve_of, continuation,
@@ -75,12 +74,11 @@ pub fn followed(
     (number, range): (Number, (f64, f64)),
     options: &ContinuationOptions,
 ) -> vibroimpact::Result<Branch> {
-    let go_on = &mut |_| ControlFlow::Continue(());
     if is_wall(body, number) {
         let make = |value: f64| body.with(number, value).scene();
-        return continuation_of(orbit, &make, body.value(number), range, options, go_on);
+        return continuation_of(orbit, &make, body.value(number), range, options);
     }
-    continuation(orbit, number.parameter(), range, options, go_on)
+    continuation(orbit, number.parameter(), range, options)
 }
 
 /// The curve of a special point, of a body, in two numbers.
@@ -90,14 +88,13 @@ pub fn followed_curve(
     (numbers, between): ([Number; 2], [(f64, f64); 2]),
     options: &ContinuationOptions,
 ) -> vibroimpact::Result<BifurcationCurve> {
-    let go_on = &mut |_| ControlFlow::Continue(());
     let of = CurveOf::Special(special);
     if numbers.iter().any(|number| is_wall(body, *number)) {
         let make = |x: f64, y: f64| body.with(numbers[0], x).with(numbers[1], y).scene();
         let start = numbers.map(|number| body.value(number));
-        return bifurcation_curve_of(of, &make, start, between, options, go_on);
+        return bifurcation_curve_of(of, &make, start, between, options);
     }
-    bifurcation_curve(of, numbers.map(Number::parameter), between, options, go_on)
+    bifurcation_curve(of, numbers.map(Number::parameter), between, options)
 }
 
 /// Whether a number is the place of a wall, which the library has no name for.

@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
-use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate_observed};
+use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate, with_observer};
 
 /// After this time a run of the library counts as endless.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -26,7 +26,7 @@ pub fn library(case: &Case, scene: &Scene) -> Result<Trajectory, Difference> {
     std::thread::spawn(move || {
         let (q0, v0) = case.start();
         let began = Instant::now();
-        let mut observer = |_| {
+        let observer = move |_| {
             if began.elapsed() > PATIENCE {
                 ControlFlow::Break(())
             } else {
@@ -34,7 +34,8 @@ pub fn library(case: &Case, scene: &Scene) -> Result<Trajectory, Difference> {
             }
         };
         let run = catch_unwind(AssertUnwindSafe(|| {
-            simulate_observed(&scene, &q0, &v0, case.span, &case.options(), &mut observer)
+            let run = || simulate(&scene, &q0, &v0, case.span, &case.options());
+            with_observer(observer, run)
         }));
         let _ = sender.send(run);
     });
