@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vibroimpact as vi
+from vibroimpact.results.special import BOUNDARIES
 
 HERE = Path(__file__).parent
 FORCE = 0.1  # where the oscillator of examples/grazing.py just touches its stop
@@ -141,19 +142,9 @@ def rows(fold: float) -> str:
 def sketch() -> None:
     """Draw the gap, or the contact force, before each boundary, at it and beyond."""
     t = np.linspace(-1.0, 1.0, 401)
-    kinds = (
-        "graze",
-        "lost_impact",
-        "corner",
-        "chatter_border",
-        "landing_border",
-        "rise",
-        "release_border",
-        "vanishing_impacts",
-    )
     figure, grid = plt.subplots(2, 4, figsize=(10.0, 5.0), layout="constrained", sharey=True)
     axes = list(grid.flat)
-    for ax, kind in zip(axes, kinds, strict=True):
+    for ax, kind in zip(axes, BOUNDARIES, strict=True):
         ax.axhline(0.0, color="0.5", linewidth=3.0, solid_capstyle="butt")
         ax.set(title=kind, xticks=[], yticks=[], ylim=(-0.35, 1.0), xlabel="time")
     for ax in grid[:, 0]:

@@ -39,6 +39,18 @@ pub enum Error {
         /// The residual reached.
         residual: f64,
     },
+    /// A branch that does not reach a value of its number between two of its points.
+    #[error("the branch was not followed to {value} between its points at {} and {}: it came to {reached} ({reason})", beside[0], beside[1])]
+    NotFollowed {
+        /// The value.
+        value: f64,
+        /// The values at the points on both sides, shape `(2,)`, \[unit of the number\].
+        beside: [f64; 2],
+        /// The value nearest to it that was reached.
+        reached: f64,
+        /// Why it came no further.
+        reason: String,
+    },
     /// Arrays larger than the memory there is.
     #[error("{what} takes {} GB, more memory than there is", digits(*gigabytes))]
     OutOfMemory {

@@ -1007,3 +1007,35 @@ pub(crate) const OWN_POINT_PART: f64 = 0.4;
 /// Periods of the forcing in a row that a motion must be as far from the box as [`FAR`] says before it is labelled as lost: a motion that
 /// is far away for a moment may come back.
 pub(crate) const PERIODS_LOST: usize = 10;
+
+// --- Beyond a boundary of a branch, by simulations (theory 19, "Grazing").
+
+/// How far beyond a boundary a motion is looked for, in parts of the range \[-\].
+pub(crate) const LOOKED_BEYOND: f64 = 1e-3;
+/// By how much a motion beyond a boundary is kicked off the last orbit, in parts of its sizes \[-\]: far above rounding, and far below what
+/// a motion differs by that does not come back.
+pub(crate) const KICK_SIZE: f64 = 1e-6;
+/// The size of a coordinate of which kicks are parts is no less than this part of the largest, and this number \[-\], \[units of q and v\]:
+/// one that stays at zero is kicked too.
+pub(crate) const KICKED_SIZE_PART: f64 = 1e-3;
+/// See [`KICKED_SIZE_PART`].
+pub(crate) const KICKED_SIZE_FLOOR: f64 = 1e-12;
+/// The box in which a kicked motion is looked for, in its sizes \[-\].
+pub(crate) const KICKED_BOX: f64 = 10.0;
+/// The factor by which a simulation begins nearer to a boundary each time \[-\].
+pub(crate) const NEARER_START_FACTOR: f64 = 0.1;
+/// How many starts in a row say whether what they come to nears the last orbit.
+pub(crate) const NEARING_STARTS: usize = 3;
+/// A simulation begins no nearer to a boundary than so many of its errors \[-\].
+pub(crate) const BOUNDARY_ERRORS: f64 = 10.0;
+/// A motion goes on beyond a boundary if its distance from the last orbit shrinks to this part or less from one start to the next but one,
+/// a hundred times nearer to the boundary \[-\]: to 0.1 where it goes like the root.
+pub(crate) const WHOLE_NEARING: f64 = 0.3;
+/// The same at each start: to 0.32 where it goes like the root.
+pub(crate) const EACH_NEARING: f64 = 0.6;
+/// A motion jumps at a boundary if of its distances from the last orbit the least is at least this part of the largest \[-\].
+pub(crate) const JUMP_KEEPS: f64 = 0.5;
+/// A motion that is so many times farther from the last orbit after twice as many periods has not settled \[-\].
+pub(crate) const LEAVING_FACTOR: f64 = 2.0;
+/// Distances from the last orbit below this part of its size are the kick that is left \[-\]: ten times [`KICK_SIZE`].
+pub(crate) const KICK_LEFT: f64 = 1e-5;

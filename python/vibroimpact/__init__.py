@@ -54,7 +54,6 @@ from vibroimpact._core import (
 )
 from vibroimpact.analysis.basin_fractions import basin_fractions
 from vibroimpact.analysis.basins import basins
-from vibroimpact.analysis.beyond import look_beyond as _look_beyond
 from vibroimpact.analysis.bifurcation_curve import bifurcation_curve
 from vibroimpact.analysis.bifurcation_diagram import bifurcation_diagram, poincare_points
 from vibroimpact.analysis.branch_tree import branch_tree
@@ -164,8 +163,6 @@ __all__ = [
     "simulate",
     "simulate_many",
 ]
-
-Special._look_beyond = _look_beyond  # type: ignore[assignment,method-assign]  # a result calls no analysis of its own
 
 for _name in __all__:
     _thing = globals().get(_name)

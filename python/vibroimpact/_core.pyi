@@ -5,9 +5,12 @@ from typing import Any, ClassVar, Literal, Protocol, Self, SupportsIndex, TypeAl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vibroimpact.results.branch import Branch
 from vibroimpact.results.derivatives import Derivatives
+from vibroimpact.results.special import Special
 
 __all__ = [
+    "_SPECIAL_KINDS",
     "BaseAcceleration",
     "BaseMotion",
     "Coefficients",
@@ -37,28 +40,35 @@ __all__ = [
     "__version__",
     "_accumulation",
     "_basin_cells",
+    "_basin_entropy",
+    "_beyond",
     "_bifurcation_curve",
     "_bifurcation_diagram",
+    "_boundary_dimension",
     "_branches",
+    "_check_entry",
     "_check_existence",
     "_check_orbit",
     "_check_trajectory",
     "_continuation",
-    "_continued_orbit",
     "_derivatives_but_multipliers",
     "_existence_at",
     "_existence_cells",
     "_group_attractors",
+    "_is_on_branch",
     "_lyapunov_exponents",
+    "_monitored",
     "_numbers",
+    "_objective_at",
+    "_orbits_at",
     "_poincare_points",
     "_rayleigh_coefficients",
     "_restore_orbit",
     "_restore_orbits",
     "_restore_trajectory",
-    "_scene_at",
     "_settle_seeds",
     "_simulate_rows",
+    "_uncertainty_exponent",
     "_unknown",
     "audit_recovery",
     "find_orbit",
@@ -92,8 +102,12 @@ _ImpactSide: TypeAlias = Literal["after", "before"]
 _Pattern: TypeAlias = Iterable[SupportsIndex | Iterable[SupportsIndex]]
 _Method: TypeAlias = Literal["auto", "exact", "taylor", "rk45", "dop853", "radau"]
 _Keep: TypeAlias = Literal["motion", "impacts", "final"]
-_Cells: TypeAlias = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_], _FloatArray]
+#: The fields of a result, or the options of a call, by their names.
+_Fields: TypeAlias = dict[str, Any]
+#: Threads, whether progress is shown, what is asked whether to go on.
+_Engine: TypeAlias = tuple[int | None, bool, Callable[[], None] | None]
 
+_SPECIAL_KINDS: tuple[str, ...]
 __version__: str
 
 class _Sparse(Protocol):
@@ -747,189 +761,77 @@ def _rayleigh_coefficients(first: tuple[float, float], second: tuple[float, floa
 def _check_existence(
     scene: Scene, pattern: _Pattern, x: tuple[str, ArrayLike], y: tuple[str, ArrayLike], n_periods: int
 ) -> None: ...
-def _existence_at(
-    scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None
-) -> tuple[int, bool, bool, float]: ...
+def _existence_at(scene: Scene, pattern: _Pattern, n_periods: int, ask: Callable[[], None] | None) -> _Fields: ...
 def _existence_cells(
-    scene: Scene,
-    pattern: _Pattern,
-    x: tuple[str, ArrayLike],
-    y: tuple[str, ArrayLike],
-    n_periods: int,
-    threads: int | None,
-    progress: bool,
-    ask: Callable[[], None] | None,
-) -> _Cells: ...
+    scene: Scene, pattern: _Pattern, x: tuple[str, ArrayLike], y: tuple[str, ArrayLike], n_periods: int, engine: _Engine
+) -> _Fields: ...
 def _simulate_rows(
     scene: Scene | Iterable[Scene],
     q0: ArrayLike,
     v0: ArrayLike,
     t_span: tuple[float, float],
-    method: str,
-    rtol: float,
-    atol: float | None,
-    t_eval: ArrayLike | None,
-    keep: str,
-    max_impacts: int | None,
-    ramp: Ramp | Sequence[Ramp] | None,
+    options: _Fields,
     first: int,
-    threads: int | None,
-    progress: bool,
-    ask: Callable[[], None] | None,
-) -> tuple[_FloatArray, _FloatArray, NDArray[np.int64], list[str], NDArray[np.void]]: ...
-
-_Points: TypeAlias = tuple[_FloatArray, NDArray[np.int64], _FloatArray, _FloatArray, _FloatArray, _FloatArray]
-
+    engine: _Engine,
+) -> _Fields: ...
 def _poincare_points(
     motion: Trajectory | Orbit, phase: float | None, stops: int | Iterable[int] | None, plane: tuple[ArrayLike, float] | None
-) -> _Points: ...
+) -> _Fields: ...
 def _basin_cells(
     scene: Scene,
-    attractors: Sequence[tuple[str, Orbit | None, int, ArrayLike]],
+    attractors: Sequence[_Fields],
     box: ArrayLike,
     wrap: Sequence[tuple[int, float]],
     states: ArrayLike,
     phases: ArrayLike,
-    phase: float,
-    max_periods: int,
-    hits: int | None,
-    method: str,
-    rtol: float,
-    atol: float | None,
-    threads: int | None,
-    progress: bool,
-    ask: Callable[[], None] | None,
-) -> tuple[NDArray[np.int16], NDArray[np.int32]]: ...
+    options: _Fields,
+    engine: _Engine,
+) -> _Fields: ...
 def _settle_seeds(
-    scene: Scene,
-    box: ArrayLike,
-    wrap: Sequence[tuple[int, float]],
-    seeds: ArrayLike,
-    phase: float,
-    longest_period: int,
-    transient: int,
-    max_periods: int,
-    method: str,
-    rtol: float,
-    atol: float | None,
-    threads: int | None,
-    progress: bool,
-    ask: Callable[[], None] | None,
+    scene: Scene, box: ArrayLike, wrap: Sequence[tuple[int, float]], seeds: ArrayLike, options: _Fields, engine: _Engine
 ) -> list[Any]: ...
 def _group_attractors(
-    scene: Scene,
-    box: ArrayLike,
-    wrap: Sequence[tuple[int, float]],
-    found: Sequence[Any],
-    phase: float,
-    longest_period: int,
-    transient: int,
-    max_periods: int,
-    method: str,
-    rtol: float,
-    atol: float | None,
-) -> tuple[list[int], list[tuple[Any, ...]]]: ...
-def _lyapunov_exponents(
-    scene: Scene,
-    q0: ArrayLike,
-    v0: ArrayLike,
-    t_span: ArrayLike,
-    skip: float,
-    n_exponents: int | None,
-    method: str,
-    rtol: float,
-    atol: float | None,
-    progress: bool,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], int, int, int, int, str, str, str]: ...
+    scene: Scene, box: ArrayLike, wrap: Sequence[tuple[int, float]], found: Sequence[Any], options: _Fields
+) -> _Fields: ...
+def _lyapunov_exponents(scene: Scene, q0: ArrayLike, v0: ArrayLike, t_span: ArrayLike, options: _Fields) -> _Fields: ...
 def _continuation(
     orbit: Orbit,
     name: str | None,
     make: Callable[[float], Scene] | None,
     start: float | None,
     between: tuple[float, float],
-    direction: str,
-    max_points: int,
-    step: tuple[float, float, float],
-    keeps_virtual: bool,
-    symmetric: bool | None,
-    progress: bool,
-) -> tuple[
-    list[Orbit],
-    _FloatArray,
-    _FloatArray,
-    NDArray[np.bool_],
-    NDArray[np.bool_],
-    NDArray[np.int64],
-    NDArray[np.complex128],
-    list[tuple[str, float, float, float, Orbit, int | None, float | None, float | None, list[float]]],
-    list[tuple[str, str]],
-    bool,
-    BaseException | None,
-]: ...
-def _branches(
-    point: tuple[str, float, int | None, float | None, list[float]],
-    orbit: Orbit,
-    name: str | None,
-    make: Callable[[float], Scene] | None,
-    between: tuple[float, float],
-) -> list[tuple[Orbit, float, bool]]: ...
-def _accumulation(
-    point: tuple[str, float, int | None, float | None, list[float]],
-    orbit: Orbit,
-    name: str | None,
-    make: Callable[[float], Scene] | None,
-    between: tuple[float, float],
-    progress: bool,
-) -> tuple[str, float, float, float, Orbit, int | None, float | None, float | None, list[float]] | None: ...
+    options: _Fields,
+) -> tuple[_Fields, BaseException | None]: ...
+def _branches(point: Special, make: Callable[[float], Scene] | None) -> list[_Fields]: ...
+def _accumulation(point: Special, make: Callable[[float], Scene] | None, progress: bool) -> _Fields | None: ...
 def _bifurcation_curve(
-    point: tuple[str, float, int | None, float | None, list[float]] | None,
-    orbit: Orbit,
+    begin: Special | Orbit,
     names: tuple[str, str] | None,
     make: Callable[[float, float], Scene] | None,
     start: tuple[float | None, float | None],
     between: tuple[tuple[float, ...], tuple[float, ...]],
-    direction: str,
-    max_points: int,
-    step: tuple[float, ...],
-    progress: bool,
-) -> tuple[
-    list[Orbit],
-    _FloatArray,
-    _FloatArray,
-    _FloatArray,
-    NDArray[np.bool_],
-    list[tuple[str, list[float], list[float], float, Orbit]],
-    list[tuple[str, str]],
-]: ...
-def _scene_at(scene: Scene, name: str | None, make: Callable[[float], Scene] | None, start: float, value: float) -> Scene: ...
+    options: _Fields,
+) -> _Fields: ...
+def _beyond(
+    point: Special, make: Callable[[float], Scene] | None, delta: float | None, periods: int, kick: Callable[[int], _FloatArray]
+) -> _Fields: ...
+def _orbits_at(branch: Branch, make: Callable[[float], Scene] | None, value: float) -> list[Orbit]: ...
+def _is_on_branch(branch: Branch, make: Callable[[float], Scene] | None, orbit: Orbit, value: float) -> bool: ...
+def _monitored(
+    branch: Branch, make: Callable[[float], Scene] | None, name: str, measure: Callable[[Orbit], float]
+) -> _Fields: ...
+def _basin_entropy(labels: ArrayLike, cells: int) -> tuple[float, float]: ...
+def _boundary_dimension(labels: ArrayLike) -> _Fields: ...
+def _uncertainty_exponent(labels: ArrayLike) -> _Fields: ...
+def _check_entry(name: str, orbit: Orbit) -> None: ...
 def _derivatives_but_multipliers(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike) -> Derivatives: ...
-def _continued_orbit(orbit: Orbit, make: Callable[[NDArray[np.float64]], Scene], start: ArrayLike, p: ArrayLike) -> Orbit: ...
+def _objective_at(
+    orbit: Orbit,
+    make: Callable[[NDArray[np.float64]], Scene],
+    value: str | Callable[[Orbit, Derivatives], tuple[float, ArrayLike]],
+    start: ArrayLike,
+    p: ArrayLike,
+) -> tuple[float, _FloatArray, Orbit]: ...
 def _bifurcation_diagram(
-    scene: Scene | Iterable[Scene],
-    name: str | None,
-    values: ArrayLike,
-    direction: str,
-    q0: ArrayLike | None,
-    v0: ArrayLike | None,
-    transient: int,
-    periods: int,
-    section: str,
-    phase: float,
-    stops: int | Iterable[int] | None,
-    carry: bool,
-    method: str,
-    rtol: float,
-    atol: float | None,
-    threads: int | None,
-    progress: bool,
-    ask: Callable[[], None] | None,
-) -> tuple[
-    _FloatArray,
-    NDArray[np.int64],
-    NDArray[np.int64],
-    NDArray[np.int64],
-    list[list[int | tuple[int, ...]]],
-    list[str],
-    NDArray[np.int64],
-    _Points,
-]: ...
+    scene: Scene | Iterable[Scene], name: str | None, values: ArrayLike, options: _Fields, engine: _Engine
+) -> _Fields: ...

@@ -35,7 +35,7 @@ pub(super) fn quiet_points(
 }
 
 /// The points of an orbit at a phase.
-fn orbit_points(scene: &Scene, orbit: &PeriodicOrbit, phase: f64) -> DMatrix<f64> {
+pub(crate) fn orbit_points(scene: &Scene, orbit: &PeriodicOrbit, phase: f64) -> DMatrix<f64> {
     let period = scene.period().unwrap_or_default();
     let late = wait(period, orbit.phase(), phase);
     let state = |k: usize| {

@@ -15,7 +15,7 @@ mod rests;
 mod state_box;
 mod unsettled;
 
-pub(crate) use at_phase::{points_at, quiet_phase};
+pub(crate) use at_phase::{orbit_points, points_at, quiet_phase};
 pub use attractors::find_attractors;
 #[cfg(feature = "python")]
 pub(crate) use attractors::{gathered_seeds, settle_seeds};

@@ -25,4 +25,13 @@ impl Label {
             Self::Inside => -2,
         }
     }
+    /// The label of a number; of what nobody has worked out, -3, that of what is no basin.
+    #[cfg(feature = "python")]
+    pub(crate) fn from_number(number: f64) -> Self {
+        match number as i64 {
+            0 => Self::Undecided,
+            -1 => Self::Lost,
+            k => usize::try_from(k - 1).map_or(Self::Inside, Self::Attractor),
+        }
+    }
 }

@@ -6,16 +6,22 @@
 //! `equations.rs` has the equations and their Jacobian, `zero_problem.rs` hands them to `continuation`, which makes the steps; `advance.rs`
 //! judges a step, `walk.rs` says what is done at each; `test_functions.rs` says what changes sign where, `bifurcations.rs` and
 //! `interpolation_locator.rs` find it, `boundary.rs` names the rule of contact that is broken there, `switching.rs` finds the branches
-//! that begin there. `curve` follows special points over two numbers.
+//! that begin there. Of a branch that is there, `at_value.rs` gives the orbits at a value, `monitor.rs` the zeros of a user's function,
+//! `tree.rs` the branches that it meets, `beyond.rs` what becomes of motions past its boundaries. `curve` follows special points over two
+//! numbers.
 
 mod accumulation;
 mod advance;
+mod at_value;
+mod beyond;
 mod beyond_boundary;
+mod beyond_outcome;
 mod bifurcations;
 mod border;
 mod boundary;
 mod candidate;
 mod collapse;
+mod continuation_parameter;
 mod continued;
 mod crossings;
 mod curve;
@@ -26,6 +32,7 @@ mod half_branch;
 mod interpolation_locator;
 mod landing;
 mod many_modes;
+mod monitor;
 mod multipliers;
 mod options;
 mod parametric_loop;
@@ -34,24 +41,38 @@ mod problem;
 mod reduced_motion;
 mod release_onset;
 mod result;
+mod same_orbit;
 mod shooting_nodes;
 mod simulated;
+mod simulations_beyond;
 mod special;
 mod switching;
 mod symmetry;
 mod test_functions;
 mod touch;
+mod tree;
 mod walk;
 mod zero_problem;
 
 pub use crate::continuation::{BranchEnd, EndReason};
 pub use accumulation::{accumulation, accumulation_of};
+pub use beyond::beyond;
+pub use beyond_outcome::{Beyond, BeyondOptions, BeyondOutcome};
 pub use candidate::Candidate;
+pub use continuation_parameter::ContinuationParameter;
 pub use continued::{continuation, continuation_of, continuation_over_energy};
 pub use curve::{BifurcationCurve, CurveOf, CurvePoint, bifurcation_curve, bifurcation_curve_of};
+pub use monitor::{MonitorZero, MonitoredBranch};
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use result::Branch;
 pub use special::{Special, SpecialKind};
 pub use switching::{branches, branches_of, branches_over_energy};
+pub use tree::{BranchTree, TreeOptions, branch_tree};
 
+#[cfg(feature = "python")]
+pub(crate) use at_value::{BranchNode, nodes, orbits_at};
+#[cfg(feature = "python")]
+pub(crate) use monitor::monitored;
 pub(crate) use problem::{check_same, stretched};
+#[cfg(feature = "python")]
+pub(crate) use tree::is_on_branch;

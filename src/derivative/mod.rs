@@ -7,6 +7,7 @@ mod loop_rates;
 mod measured;
 mod multipliers;
 mod numbers;
+mod objective;
 mod of_orbit;
 mod of_run;
 mod rates;
@@ -14,6 +15,7 @@ mod refusal;
 mod stencil;
 
 pub use following::follow_orbit;
+pub use objective::{Objective, ObjectiveValue, OrbitEntry};
 pub use of_orbit::{derivatives, derivatives_but_multipliers, derivatives_of};
 pub use of_run::{RunDerivatives, derivatives_of_run};
 pub use rates::OrbitDerivatives;

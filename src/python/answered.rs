@@ -5,125 +5,55 @@ use pyo3::exceptions::{PyAttributeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// What an argument is called in other programs and texts, and what here; the first of these that is taken is meant.
-const OTHER_NAMES: [(&[&str], &[&str]); 36] = [
-    (
-        &[
-            "force",
-            "forces",
-            "f0",
-            "load",
-            "drive",
-            "forcing_amplitude",
-        ],
-        &["forcing_scale"],
-    ),
-    (
-        &["m", "masses", "mass_matrix"],
-        &["mass", "masses", "mass_ratio"],
-    ),
-    (
-        &["c", "d", "damping_matrix", "dampings", "zeta"],
-        &["damping"],
-    ),
-    (
-        &["k", "stiffness_matrix", "stiff", "spring"],
-        &["stiffness"],
-    ),
-    (&["l", "length"], &["lengths", "length_ratio"]),
-    (&["g"], &["gravity"]),
-    (
-        &["w", "omega", "freq", "angular_frequency", "f"],
-        &["frequency"],
-    ),
-    (&["phi", "phase_angle", "theta"], &["phase"]),
-    (
-        &["a", "amp", "amplitudes", "amplitude", "force", "f0"],
-        &["amplitude", "amplitudes"],
-    ),
-    (
-        &["e", "r", "cor", "coefficient", "restitution_coefficient"],
-        &["restitution"],
-    ),
-    (
-        &["gap", "distance", "position", "clearance", "delta"],
-        &["clearance", "position"],
-    ),
-    (
-        &["n", "direction", "coordinate", "dof", "index"],
-        &["normal", "bob", "direction"],
-    ),
-    (&["jac", "gradient", "dgap"], &["jacobian", "gradient"]),
-    (&["f", "fun", "rhs", "func"], &["acceleration", "gap"]),
-    (&["p", "params", "args"], &["parameters"]),
-    (&["force", "forces", "excitation", "drive"], &["forcing"]),
-    (
-        &["stop", "walls", "wall", "obstacles", "constraints"],
-        &["stops"],
-    ),
-    (
-        &["tspan", "span", "time", "t", "tend", "t_end"],
-        &["t_span"],
-    ),
-    (&["x0", "y0", "q", "position0"], &["q0"]),
-    (&["dq0", "qd0", "v", "velocity0"], &["v0"]),
-    (&["teval", "times", "saveat"], &["t_eval"]),
-    (&["tol", "reltol", "abstol"], &["rtol", "atol"]),
-    (
-        &["param", "parameter", "name", "values", "range", "par"],
-        &["axis", "x", "parameter", "between", "parameters"],
-    ),
-    (
-        &["transient", "settle", "discard", "warmup"],
-        &["skip", "transient"],
-    ),
-    (&["period", "periods", "m"], &["n_periods", "periods"]),
-    (
-        &[
-            "n_workers",
-            "threads",
-            "n_jobs",
-            "pool",
-            "executor",
-            "client",
-        ],
-        &["workers"],
-    ),
-    (&["modes", "n"], &["n_modes"]),
-    (
-        &["x", "positions", "displacement", "displacements", "pos"],
-        &["q", "position"],
-    ),
-    (
-        &["xdot", "dq", "velocities", "speed", "vel"],
-        &["v", "velocity"],
-    ),
-    (&["time", "times", "ts"], &["t"]),
-    (
-        &["multipliers", "eigenvalues", "floquet", "floquet_exponents"],
-        &["floquet_multipliers", "multipliers"],
-    ),
-    (&["stable"], &["is_stable"]),
-    (&["admissible", "valid"], &["is_admissible"]),
-    (
-        &["specials", "special_points", "bifurcations", "specialpoint"],
-        &["special"],
-    ),
-    (
-        &["parameters", "value", "values", "param", "p"],
-        &["parameter"],
-    ),
-    (&["events", "hits", "collisions", "contacts"], &["impacts"]),
-];
+/// What an argument is called in other programs and texts, and behind the arrow what here; the first of these that is taken is meant.
+const OTHER_NAMES: &str = "
+force forces f0 load drive forcing_amplitude -> forcing_scale
+m masses mass_matrix -> mass masses mass_ratio
+c d damping_matrix dampings zeta -> damping
+k stiffness_matrix stiff spring -> stiffness
+l length -> lengths length_ratio
+g -> gravity
+w omega freq angular_frequency f -> frequency
+phi phase_angle theta -> phase
+a amp amplitudes amplitude force f0 -> amplitude amplitudes
+e r cor coefficient restitution_coefficient -> restitution
+gap distance position clearance delta -> clearance position
+n direction coordinate dof index -> normal bob direction
+jac gradient dgap -> jacobian gradient
+f fun rhs func -> acceleration gap
+p params args -> parameters
+force forces excitation drive -> forcing
+stop walls wall obstacles constraints -> stops
+tspan span time t tend t_end -> t_span
+x0 y0 q position0 -> q0
+dq0 qd0 v velocity0 -> v0
+teval times saveat -> t_eval
+tol reltol abstol -> rtol atol
+param parameter name values range par -> axis x parameter between parameters
+transient settle discard warmup -> skip transient
+period periods m -> n_periods periods
+n_workers threads n_jobs pool executor client -> workers
+modes n -> n_modes
+x positions displacement displacements pos -> q position
+xdot dq velocities speed vel -> v velocity
+time times ts -> t
+multipliers eigenvalues floquet floquet_exponents -> floquet_multipliers multipliers
+stable -> is_stable
+admissible valid -> is_admissible
+specials special_points bifurcations specialpoint -> special
+parameters value values param p -> parameter
+events hits collisions contacts -> impacts
+";
 
 /// The name here of what is called so elsewhere, among the names of some arguments.
 pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
     let given = given.to_lowercase();
-    let meant = OTHER_NAMES
-        .iter()
-        .filter(|(others, _)| others.contains(&given.as_str()));
-    let mut here = meant.flat_map(|(_, here)| here.iter());
-    here.find_map(|here| names.iter().find(|name| *name == here).copied())
+    let lines = OTHER_NAMES
+        .lines()
+        .filter_map(|line| line.split_once(" -> "));
+    let meant = lines.filter(|(others, _)| others.split(' ').any(|other| other == given));
+    let mut here = meant.flat_map(|(_, here)| here.split(' '));
+    here.find_map(|here| names.iter().find(|name| **name == here).copied())
 }
 
 /// The numbers of a scene.

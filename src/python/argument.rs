@@ -13,28 +13,22 @@ pub(crate) trait ArgumentKind {
     const KIND: &'static str;
 }
 
-impl ArgumentKind for f64 {
-    const KIND: &'static str = "a number";
+macro_rules! kinds {
+    ($($type:ty: $kind:literal,)*) => {$(
+        impl ArgumentKind for $type {
+            const KIND: &'static str = $kind;
+        }
+    )*};
 }
 
-impl ArgumentKind for i64 {
-    const KIND: &'static str = "a whole number";
-}
-
-impl ArgumentKind for bool {
-    const KIND: &'static str = "True or False";
-}
-
-impl ArgumentKind for &str {
-    const KIND: &'static str = "a str";
-}
-
-impl ArgumentKind for (f64, f64) {
-    const KIND: &'static str = "a pair of numbers";
-}
-
-impl ArgumentKind for (f64, f64, f64) {
-    const KIND: &'static str = "three numbers";
+kinds! {
+    f64: "a number",
+    i64: "a whole number",
+    bool: "True or False",
+    &str: "a str",
+    String: "a str",
+    (f64, f64): "a pair of numbers",
+    (f64, f64, f64): "three numbers",
 }
 
 impl<T: ArgumentKind> ArgumentKind for Option<T> {
@@ -42,7 +36,7 @@ impl<T: ArgumentKind> ArgumentKind for Option<T> {
 }
 
 /// The value of an argument: `TypeError` where its type is wrong, `ValueError` where it is a number that has no double.
-fn given<'a, 'py, T>(argument: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T>
+pub(crate) fn given<'a, 'py, T>(argument: &str, value: &'a Bound<'py, PyAny>) -> PyResult<T>
 where
     T: FromPyObject<'a, 'py> + ArgumentKind,
 {
@@ -92,7 +86,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between carry clearance curvature damping derivative direction dwell free frequency gravity keep kind law length_ratio levels linear longest_period
-    mass_ratio max_impacts max_periods max_points method n_dof name n_exponents n_harmonics n_periods over parameter period periods phase position progress rate restitution rtol scene
-    section side skip span start step t to transient
+    atol between clearance curvature damping derivative dwell free frequency gravity keep kind law length_ratio levels linear mass_ratio
+    max_impacts method n_dof name n_harmonics n_periods over parameter period phase position progress rate restitution rtol scene side span
+    start t to
 }

@@ -1,40 +1,20 @@
 //! Cells of basins in Python.
 
-use crate::attractor::{Attractor, AttractorKind};
-use crate::basin::{BasinOptions, basin_cells};
-use crate::orbit::Pattern;
+use crate::basin::{
+    BasinOptions, Label, PowerLaw, basin_cells, basin_entropy, boundary_dimension,
+    uncertainty_exponent,
+};
+use crate::python::argument;
 use crate::python::array::{matrix, times};
-use crate::python::attractor::state_box;
-use crate::python::diagram::count;
+use crate::python::attractor::{GivenAttractor, state_box};
 use crate::python::model::PyScene;
-use crate::python::orbit::PyOrbit;
-use crate::python::simulate::solver;
-use crate::python::{argument, interrupt};
-use crate::sweep::SweepOptions;
-use numpy::{IntoPyArray, PyArray1};
+use crate::python::options::{Engine, Options};
+use crate::python::record::{Field, field, fields};
+use nalgebra::DMatrix;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-/// An attractor as Python gives it: kind, orbit, periods of the forcing, points.
-type GivenAttractor<'py> = (
-    String,
-    Option<PyRef<'py, PyOrbit>>,
-    usize,
-    Bound<'py, PyAny>,
-);
-
-fn attractor(given: GivenAttractor<'_>) -> PyResult<Attractor> {
-    let (kind, orbit, n_periods, points) = given;
-    Ok(Attractor {
-        kind: AttractorKind::from_name(&kind)?,
-        orbit: orbit.map(|orbit| orbit.0.clone()),
-        n_periods,
-        points: matrix("points", &points)?,
-        exponents: Vec::new(),
-        pattern: Pattern::none(),
-        reason: String::new(),
-        fraction: 0.0,
-    })
-}
+field!(Vec<Label> => |own, py| own.into_iter().map(Label::number).collect::<Vec<_>>().field(py)?);
 
 /// Of each state, each at a phase of its own, its label and the periods until it was decided.
 #[pyfunction]
@@ -46,35 +26,53 @@ pub(crate) fn _basin_cells<'py>(
     wrap: Vec<(i64, f64)>,
     states: &Bound<'py, PyAny>,
     phases: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = argument::phase)] phase: f64,
-    #[pyo3(from_py_with = argument::max_periods)] max_periods: i64,
-    hits: Option<i64>,
-    #[pyo3(from_py_with = argument::method)] method: &str,
-    #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
-    threads: Option<usize>,
-    #[pyo3(from_py_with = argument::progress)] progress: bool,
-    ask: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyArray1<i16>>, Bound<'py, PyArray1<i32>>)> {
+    options: Options<'py>,
+    engine: Engine<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
     let scene = &scene.0;
     let around = state_box(r#box, wrap, scene)?;
-    let each = attractors.into_iter().map(attractor);
+    let each = attractors.into_iter().map(GivenAttractor::read);
     let attractors = each.collect::<PyResult<Vec<_>>>()?;
     let (states, phases) = (matrix("states", states)?, times("phases", phases)?.0);
     let options = BasinOptions {
-        phase,
-        max_periods: count("max_periods", max_periods, 0)?,
-        hits: hits.map(|hits| count("hits", hits, 1)).transpose()?,
-        solver: solver(method, rtol, atol)?,
-        sweep: SweepOptions { threads },
+        phase: options.get("phase")?,
+        max_periods: options.count("max_periods", 0)?,
+        hits: options.count_or_none("hits", 1)?,
+        solver: options.solver()?,
+        sweep: engine.sweep(),
     };
-    let found = interrupt::run_asking(py, progress, ask.as_ref(), || {
-        basin_cells(scene, &attractors, &around, (&states, &phases), &options)
-    })?;
-    let labels: Vec<i16> = found.labels.iter().map(|label| label.number()).collect();
-    let periods = found.iterations.iter();
-    let periods: Vec<i32> = periods
-        .map(|&k| i32::try_from(k).unwrap_or(i32::MAX))
-        .collect();
-    Ok((labels.into_pyarray(py), periods.into_pyarray(py)))
+    let starts = (&states, phases.as_slice());
+    let found = engine.run(|| basin_cells(scene, &attractors, &around, starts, &options))?;
+    let periods = found.iterations.into_iter();
+    let periods = periods.map(|k| i32::try_from(k).unwrap_or(i32::MAX));
+    let iterations: Vec<i32> = periods.collect();
+    Ok(fields!(py, found => labels; iterations: iterations))
+}
+
+/// The labels of a plane by their numbers.
+fn plane(labels: &Bound<'_, PyAny>) -> PyResult<DMatrix<Label>> {
+    Ok(matrix("labels", labels)?.map(Label::from_number))
+}
+
+/// The entropy of boxes of a plane of labels: of all, and of those on the boundary.
+#[pyfunction]
+pub(crate) fn _basin_entropy(labels: &Bound<'_, PyAny>, cells: i64) -> PyResult<(f64, f64)> {
+    let found = basin_entropy(&plane(labels)?, usize::try_from(cells).unwrap_or(0))?;
+    Ok((found.all, found.boundary))
+}
+
+field!(PowerLaw => |own, py| fields!(py, own => value error sizes counts));
+
+/// The dimension of the boundary of a plane of labels.
+#[pyfunction]
+pub(crate) fn _boundary_dimension<'py>(labels: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    boundary_dimension(&plane(labels)?).field(labels.py())
+}
+
+/// The exponent of uncertainty of a plane of labels.
+#[pyfunction]
+pub(crate) fn _uncertainty_exponent<'py>(
+    labels: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    uncertainty_exponent(&plane(labels)?).field(labels.py())
 }

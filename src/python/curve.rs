@@ -1,34 +1,19 @@
 //! Curves of special points in Python.
 
-use crate::branch::{
-    BranchEnd, ContinuationOptions, CurveOf, EndReason, Heading, Special, bifurcation_curve_of,
-};
+use crate::branch::{CurveOf, CurvePoint, bifurcation_curve_of};
 use crate::error::Result;
 use crate::model::Scene;
-use crate::orbit::PeriodicOrbit;
-use crate::python::branch::{SpecialGiven, Varied, special_of, varied};
-use crate::python::diagram::{by_direction, count};
+use crate::python::interrupt;
 use crate::python::made::made;
+use crate::python::options::Options;
 use crate::python::orbit::PyOrbit;
-use crate::python::{argument, interrupt};
-use numpy::{IntoPyArray, PyArray1};
+use crate::python::record::{field, fields};
+use crate::python::special::GivenSpecial;
+use crate::python::varied::{Varied, varied};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::sync::Mutex;
-
-/// Orbits, first and second numbers, arclengths, whether each breaks a rule of contact; points of two things at once; ends.
-type CurveTuple<'py> = (
-    Vec<Py<PyOrbit>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<bool>>,
-    Vec<OutPoint>,
-    Vec<(&'static str, String)>,
-);
-
-/// Kind, numbers, errors, arclength, orbit.
-type OutPoint = (&'static str, [f64; 2], [f64; 2], f64, Py<PyOrbit>);
 
 /// What varies on a plane.
 enum Plane<'a> {
@@ -52,24 +37,23 @@ impl Plane<'_> {
 #[pyfunction]
 pub(crate) fn _bifurcation_curve<'py>(
     py: Python<'py>,
-    point: Option<SpecialGiven>,
-    orbit: &Bound<'_, PyOrbit>,
+    begin: &Bound<'py, PyAny>,
     names: Option<(String, String)>,
     make: Option<Py<PyAny>>,
     start: (Option<f64>, Option<f64>),
-    between: ((f64, f64), (f64, f64)),
-    #[pyo3(from_py_with = argument::direction)] direction: &str,
-    #[pyo3(from_py_with = argument::max_points)] max_points: i64,
-    #[pyo3(from_py_with = argument::step)] step: (f64, f64, f64),
-    #[pyo3(from_py_with = argument::progress)] progress: bool,
-) -> PyResult<CurveTuple<'py>> {
-    let options = ContinuationOptions {
-        heading: by_direction(direction, [Heading::Up, Heading::Down, Heading::Both])?,
-        max_points: count("max_points", max_points, 1)?,
-        steps: [step.0, step.1, step.2],
-        ..ContinuationOptions::default()
+    between: [(f64, f64); 2],
+    options: Options<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let given: PyResult<PyRef<'_, PyOrbit>> = begin.extract().map_err(PyErr::from);
+    let (point, own) = if let Ok(orbit) = given {
+        (None, orbit.0.clone())
+    } else {
+        let point: GivenSpecial = begin.extract()?;
+        let orbit = point.orbit.get().0.clone();
+        (Some(point), orbit)
     };
-    let own: PeriodicOrbit = orbit.get().0.clone();
+    let progress = options.get("progress")?;
+    let options = options.of_continuation()?;
     let scene = own.scene().clone();
     let (plane, begin) = match (&names, &make, start) {
         (Some((first, second)), ..) => {
@@ -85,9 +69,8 @@ pub(crate) fn _bifurcation_curve<'py>(
             ));
         }
     };
-    let kind = point.as_ref().map(|point| point.0.clone());
-    let special: Option<Special> = point.and_then(|point| special_of(point, own.clone()));
-    if let (Some(kind), None) = (kind, &special) {
+    let special = point.as_ref().and_then(GivenSpecial::read);
+    if let (Some(GivenSpecial { kind, .. }), None) = (&point, &special) {
         return Err(PyValueError::new_err(format!(
             "special is a {kind}, but a zero of a monitor has no curve"
         )));
@@ -96,7 +79,6 @@ pub(crate) fn _bifurcation_curve<'py>(
         .as_ref()
         .map_or(CurveOf::Orbit(&own), CurveOf::Special);
     let raised = Mutex::new(None);
-    let between = [between.0, between.1];
     let (found, signal) = interrupt::run_keeping(py, progress, None, || {
         let make = |x: f64, y: f64| plane.scene(&scene, x, y, &raised);
         bifurcation_curve_of(of, &make, begin, between, &options)
@@ -109,22 +91,7 @@ pub(crate) fn _bifurcation_curve<'py>(
         (Ok(found), _) => found,
         (Err(error), _) => return Err(signal.unwrap_or_else(|| error.into())),
     };
-    let orbits = found
-        .orbits
-        .into_iter()
-        .map(|orbit| Py::new(py, PyOrbit(orbit)));
-    let special = found.special.into_iter().map(|own| {
-        let orbit = Py::new(py, PyOrbit(own.orbit))?;
-        Ok((own.kind, own.parameters, own.error, own.arclength, orbit))
-    });
-    let end = |BranchEnd { reason, detail }: BranchEnd| (EndReason::name(reason), detail);
-    Ok((
-        orbits.collect::<PyResult<_>>()?,
-        found.x.into_pyarray(py),
-        found.y.into_pyarray(py),
-        found.arclength.into_pyarray(py),
-        found.is_virtual.into_pyarray(py),
-        special.collect::<PyResult<_>>()?,
-        found.ends.into_iter().map(end).collect(),
-    ))
+    Ok(fields!(py, found => orbits x y arclength is_virtual special ends))
 }
+
+field!(CurvePoint => |own, py| fields!(py, own => kind error arclength orbit; parameter: own.parameters));

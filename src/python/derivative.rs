@@ -4,14 +4,14 @@ use crate::derivative::{self, OrbitDerivatives};
 use crate::error::Result;
 use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
-use crate::python::array::{out_matrix, vector};
+use crate::python::array::vector;
 use crate::python::interrupt;
 use crate::python::made::{NumberSlice, made, raised_or};
 use crate::python::named::{Named, named, names};
+use crate::python::record::fields;
 use crate::python::text::shown;
 use crate::simulate::Trajectory;
-use nalgebra::{DMatrix, DVector};
-use numpy::{IntoPyArray, PyArray1};
+use nalgebra::DMatrix;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::Mutex;
@@ -141,25 +141,16 @@ fn scale(found: &mut OrbitDerivatives, i: usize, unit: f64) {
     found.multipliers.column_mut(i).scale_mut(unit);
 }
 
-fn out<'py>(
-    py: Python<'py>,
-    names: Option<Vec<String>>,
+/// Derivatives as an object of Python.
+pub(crate) fn out(
+    py: Python<'_>,
+    parameters: Option<Vec<String>>,
     found: OrbitDerivatives,
-) -> PyResult<Bound<'py, PyAny>> {
-    let row =
-        |x: &DVector<f64>| -> Bound<'py, PyArray1<f64>> { x.as_slice().to_vec().into_pyarray(py) };
+) -> PyResult<Bound<'_, PyAny>> {
     let class = py.import("vibroimpact")?.getattr("Derivatives")?;
-    class.call1((
-        names,
-        out_matrix(py, &found.q0)?,
-        out_matrix(py, &found.v0)?,
-        row(&found.phase),
-        row(&found.period),
-        out_matrix(py, &found.speeds_before)?,
-        out_matrix(py, &found.times)?,
-        out_matrix(py, &found.multipliers)?,
-        out_matrix(py, &found.min_gap)?,
-        out_matrix(py, &found.max_displacement)?,
-        found.reason,
-    ))
+    let fields = fields!(py, found =>
+        q0 v0 phase period speeds_before times multipliers min_gap max_displacement reason;
+        parameters: parameters;
+    );
+    class.call((), Some(&fields))
 }

@@ -23,7 +23,9 @@ impl From<Error> for PyErr {
             Error::BadValue { .. } | Error::BadShape { .. } => {
                 PyValueError::new_err(error.to_string())
             }
-            Error::NoConvergence { .. } => ConvergenceError::new_err(error.to_string()),
+            Error::NoConvergence { .. } | Error::NotFollowed { .. } => {
+                ConvergenceError::new_err(error.to_string())
+            }
             Error::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
         }

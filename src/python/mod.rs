@@ -6,6 +6,7 @@
 // Bound functions have the arguments of the Python signature.
 #![allow(clippy::too_many_arguments)]
 
+mod along_branch;
 mod answered;
 mod argument;
 mod array;
@@ -21,24 +22,28 @@ mod error;
 mod exponents;
 mod files;
 mod find;
-mod following;
 mod interrupt;
 mod made;
 mod modal;
 mod model;
 mod named;
+mod objective;
+mod options;
 mod orbit;
 mod orbit_facts;
 mod orbits;
 mod outputs;
 mod pattern;
 mod ramp;
+mod record;
 mod rows;
 mod run_facts;
 mod simulate;
+mod special;
 mod sweep;
 mod text;
 mod trajectory;
+mod varied;
 
 use pyo3::prelude::*;
 
@@ -46,15 +51,17 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use super::along_branch::{_is_on_branch, _monitored, _orbits_at};
+    #[pymodule_export]
     use super::answered::_unknown;
     #[pymodule_export]
     use super::array::_numbers;
     #[pymodule_export]
     use super::attractor::{_group_attractors, _settle_seeds};
     #[pymodule_export]
-    use super::basin::_basin_cells;
+    use super::basin::{_basin_cells, _basin_entropy, _boundary_dimension, _uncertainty_exponent};
     #[pymodule_export]
-    use super::branch::{_accumulation, _branches, _continuation, _scene_at};
+    use super::branch::_continuation;
     #[pymodule_export]
     use super::curve::_bifurcation_curve;
     #[pymodule_export]
@@ -64,8 +71,6 @@ mod _core {
     #[pymodule_export]
     use super::find::find_orbit;
     #[pymodule_export]
-    use super::following::{_continued_orbit, _derivatives_but_multipliers};
-    #[pymodule_export]
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
@@ -73,6 +78,8 @@ mod _core {
         PyHarmonic, PyLinearSystem, PyLoad, PyNonlinearStop, PyNonlinearSystem, PyPendulumChain,
         PyScene, PySignal, PyStop, PyWall, paper_scene, paper_system,
     };
+    #[pymodule_export]
+    use super::objective::{_check_entry, _derivatives_but_multipliers, _objective_at};
     #[pymodule_export]
     use super::orbit::{_check_orbit, _restore_orbit, PyOrbit};
     #[pymodule_export]
@@ -86,6 +93,8 @@ mod _core {
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]
+    use super::special::{_accumulation, _beyond, _branches};
+    #[pymodule_export]
     use super::sweep::{_check_existence, _existence_at, _existence_cells, _simulate_rows};
     #[pymodule_export]
     use super::trajectory::{_check_trajectory, _restore_trajectory, PyTrajectory};
@@ -94,6 +103,11 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let kinds = crate::branch::SpecialKind::ALL.map(crate::branch::SpecialKind::name);
+        module.add(
+            "_SPECIAL_KINDS",
+            pyo3::types::PyTuple::new(module.py(), kinds)?,
+        )?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -6,6 +6,7 @@ use crate::modal::{self, Spectrum};
 use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
 use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
+use crate::python::record::plain_class;
 use crate::python::text::list;
 use crate::python::{argument, interrupt};
 use nalgebra::Complex;
@@ -171,8 +172,17 @@ pub(crate) fn recovery_matrix<'py>(
 #[pyclass(name = "RecoveryAudit", module = "vibroimpact", frozen)]
 pub(crate) struct PyRecoveryAudit(RecoveryAudit);
 
-#[pymethods]
-impl PyRecoveryAudit {
+plain_class! { PyRecoveryAudit |own| {
+    /// Whether rigid, frictionless stops can act so.
+    is_realisable: own.is_realisable,
+    /// Restitution coefficient along each normal [-], shape (k,); nan where there is none.
+    restitution: &own.restitution,
+    /// The largest factor by which the matrix can multiply the kinetic energy [-].
+    energy_gain: own.energy_gain,
+    /// Every rule that is broken, in words.
+    reasons: own.reasons.clone(),
+}
+
     #[new]
     fn new(
         is_realisable: bool,
@@ -187,42 +197,6 @@ impl PyRecoveryAudit {
             energy_gain,
             reasons,
         }))
-    }
-
-    fn __getnewargs__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> (bool, Bound<'py, PyArray1<f64>>, f64, Vec<String>) {
-        (
-            self.0.is_realisable,
-            self.restitution(py),
-            self.0.energy_gain,
-            self.reasons(),
-        )
-    }
-
-    /// Whether rigid, frictionless stops can act so.
-    #[getter]
-    fn is_realisable(&self) -> bool {
-        self.0.is_realisable
-    }
-
-    /// Restitution coefficient along each normal [-], shape (k,); nan where there is none.
-    #[getter]
-    fn restitution<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        out_vector(py, &self.0.restitution)
-    }
-
-    /// The largest factor by which the matrix can multiply the kinetic energy [-].
-    #[getter]
-    fn energy_gain(&self) -> f64 {
-        self.0.energy_gain
-    }
-
-    /// Every rule that is broken, in words.
-    #[getter]
-    fn reasons(&self) -> Vec<String> {
-        self.0.reasons.clone()
     }
 
     fn __repr__(&self) -> String {

@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::orbit::{Coefficients, Family, OrderMultipliers, Stability, Violation};
 use crate::python::argument;
-use crate::python::array::{complex_vector, matrix, out_complex, out_matrix, out_vector, vector};
+use crate::python::array::{complex_vector, matrix, out_complex, out_matrix, vector};
+use crate::python::record::plain_class;
 use crate::quantity::{finite, finite_square, finite_vector};
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -13,9 +13,17 @@ use pyo3::types::{PyDict, PyTuple};
 #[pyclass(name = "Coefficients", module = "vibroimpact", frozen)]
 pub(crate) struct PyCoefficients(pub Coefficients);
 
-#[pymethods]
-#[allow(non_snake_case)] // the paper's letters
-impl PyCoefficients {
+plain_class! { #[allow(non_snake_case)] /* the paper's letters */ PyCoefficients |own| {
+    /// Cosine amplitudes of the free motion [m], shape (n,).
+    a: &own.a,
+    /// Sine amplitudes of the free motion [m], shape (n,).
+    b: &own.b,
+    /// Sine amplitudes of the steady response [m], shape (n,).
+    A: &own.sine,
+    /// Cosine amplitudes of the steady response [m], shape (n,).
+    B: &own.cosine,
+}
+
     #[new]
     fn new(
         a: &Bound<'_, PyAny>,
@@ -34,41 +42,13 @@ impl PyCoefficients {
         Ok(Self(Coefficients { a, b, sine, cosine }))
     }
 
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, [self.a(py), self.b(py), self.A(py), self.B(py)])
-    }
-
-    /// Cosine amplitudes of the free motion [m], shape (n,).
-    #[getter]
-    fn a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        out_vector(py, &self.0.a)
-    }
-
-    /// Sine amplitudes of the free motion [m], shape (n,).
-    #[getter]
-    fn b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        out_vector(py, &self.0.b)
-    }
-
-    /// Sine amplitudes of the steady response [m], shape (n,).
-    #[getter]
-    fn A<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        out_vector(py, &self.0.sine)
-    }
-
-    /// Cosine amplitudes of the steady response [m], shape (n,).
-    #[getter]
-    fn B<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        out_vector(py, &self.0.cosine)
-    }
-
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!(
             "Coefficients(a={}, b={}, A={}, B={})",
-            self.a(py).repr()?,
-            self.b(py).repr()?,
-            self.A(py).repr()?,
-            self.B(py).repr()?
+            self.a(py)?.repr()?,
+            self.b(py)?.repr()?,
+            self.A(py)?.repr()?,
+            self.B(py)?.repr()?
         ))
     }
 }
@@ -77,8 +57,17 @@ impl PyCoefficients {
 #[pyclass(name = "Violation", module = "vibroimpact", frozen)]
 pub(crate) struct PyViolation(pub Violation);
 
-#[pymethods]
-impl PyViolation {
+plain_class! { PyViolation |own| {
+    /// The stop.
+    stop: own.stop,
+    /// Time of the deepest point, or of the impact [s].
+    time: own.time,
+    /// How far the stop is passed [m]; zero where an impulse pulls.
+    depth: own.depth,
+    /// The rule that is broken, in words.
+    reason: own.reason.as_str(),
+}
+
     #[new]
     fn new(
         stop: &Bound<'_, PyAny>,
@@ -96,34 +85,6 @@ impl PyViolation {
             depth: number("depth", depth)?,
             reason,
         }))
-    }
-
-    fn __getnewargs__(&self) -> (usize, f64, f64, &str) {
-        (self.0.stop, self.0.time, self.0.depth, &self.0.reason)
-    }
-
-    /// The stop.
-    #[getter]
-    fn stop(&self) -> usize {
-        self.0.stop
-    }
-
-    /// Time of the deepest point, or of the impact [s].
-    #[getter]
-    fn time(&self) -> f64 {
-        self.0.time
-    }
-
-    /// How far the stop is passed [m]; zero where an impulse pulls.
-    #[getter]
-    fn depth(&self) -> f64 {
-        self.0.depth
-    }
-
-    /// The rule that is broken, in words.
-    #[getter]
-    fn reason(&self) -> &str {
-        &self.0.reason
     }
 
     fn __repr__(&self) -> String {
@@ -148,21 +109,14 @@ pub(crate) fn family(basis: &Bound<'_, PyAny>) -> PyResult<Family> {
     }
 }
 
-#[pymethods]
-impl PyFamily {
+plain_class! { PyFamily |own| {
+    /// Directions [m, m/s] of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
+    basis: &own.basis,
+}
+
     #[new]
     fn new(basis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self(family(basis)?))
-    }
-
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>,)> {
-        Ok((self.basis(py)?,))
-    }
-
-    /// Directions [m, m/s] of the contact state (q, v) in which the orbit may be changed, shape (2n, dimension).
-    #[getter]
-    fn basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        out_matrix(py, &self.0.basis)
     }
 
     /// Number of directions.

@@ -3,18 +3,31 @@
 use crate::error::digits;
 use crate::python::argument;
 use crate::python::array::vector;
+use crate::python::record::plain_class;
 use crate::quantity::finite_vector;
 use crate::simulate::{Energy, Stats};
-use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 /// What a run did, counted, and its absolute tolerance.
 #[pyclass(name = "Stats", module = "vibroimpact", frozen)]
 pub(crate) struct PyStats(pub Stats);
 
-#[pymethods]
-impl PyStats {
+plain_class! { PyStats |own| {
+    /// Evaluations of the right-hand side; none in exact flights.
+    n_rhs: own.n_rhs,
+    /// Steps of an integrator; none in exact flights.
+    n_steps: own.n_steps,
+    /// Evaluations of a gap with its derivatives.
+    n_gap_evaluations: own.n_gap_evaluations,
+    /// Flights.
+    n_flights: own.n_flights,
+    /// Impacts.
+    n_impacts: own.n_impacts,
+    /// Absolute tolerance that the run had [length]: the smallest of its gaps, and of its coordinates where steps were taken; under ramps the smallest
+    /// of all parts. Zero where nothing has one, nan of a file that does not know.
+    atol: own.atol,
+}
+
     #[new]
     #[pyo3(signature = (n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts, atol=f64::NAN))]
     fn new(
@@ -35,55 +48,6 @@ impl PyStats {
         }))
     }
 
-    fn __getnewargs__(&self) -> (usize, usize, usize, usize, usize, f64) {
-        let s = self.0;
-        (
-            s.n_rhs,
-            s.n_steps,
-            s.n_gap_evaluations,
-            s.n_flights,
-            s.n_impacts,
-            s.atol,
-        )
-    }
-
-    /// Evaluations of the right-hand side; none in exact flights.
-    #[getter]
-    fn n_rhs(&self) -> usize {
-        self.0.n_rhs
-    }
-
-    /// Steps of an integrator; none in exact flights.
-    #[getter]
-    fn n_steps(&self) -> usize {
-        self.0.n_steps
-    }
-
-    /// Evaluations of a gap with its derivatives.
-    #[getter]
-    fn n_gap_evaluations(&self) -> usize {
-        self.0.n_gap_evaluations
-    }
-
-    /// Flights.
-    #[getter]
-    fn n_flights(&self) -> usize {
-        self.0.n_flights
-    }
-
-    /// Impacts.
-    #[getter]
-    fn n_impacts(&self) -> usize {
-        self.0.n_impacts
-    }
-
-    /// Absolute tolerance that the run had [length]: the smallest of its gaps, and of its coordinates where steps were taken; under ramps the smallest
-    /// of all parts. Zero where nothing has one, nan of a file that does not know.
-    #[getter]
-    fn atol(&self) -> f64 {
-        self.0.atol
-    }
-
     fn __repr__(&self) -> String {
         let s = self.0;
         format!(
@@ -101,8 +65,24 @@ impl PyStats {
 #[pyclass(name = "Energy", module = "vibroimpact", frozen)]
 pub(crate) struct PyEnergy(pub Energy);
 
-#[pymethods]
-impl PyEnergy {
+plain_class! { PyEnergy |own| {
+    /// The times [s], shape (m,).
+    t: &own.time,
+    /// Kinetic energy [J], shape (m,).
+    kinetic: &own.kinetic,
+    /// Potential energy [J], shape (m,), zero at q = 0.
+    potential: &own.potential,
+    /// Work of the forcing since the start [J], shape (m,).
+    forcing_work: &own.forcing_work,
+    /// Loss in dampers since the start [J], shape (m,).
+    damping_loss: &own.damping_loss,
+    /// Loss at impacts since the start [J], shape (m,), chatter included; for a reaction that is not that of inertia also what lasting
+    /// contact takes.
+    impact_loss: &own.impact_loss,
+    /// What does not add up [J], zero at the start, shape (m,).
+    balance: &own.balance,
+}
+
     #[new]
     fn new(
         t: &Bound<'_, PyAny>,
@@ -128,64 +108,6 @@ impl PyEnergy {
             balance: values("balance", balance)?,
             time: time.as_slice().to_vec(),
         }))
-    }
-
-    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(
-            py,
-            [
-                self.t(py),
-                self.kinetic(py),
-                self.potential(py),
-                self.forcing_work(py),
-                self.damping_loss(py),
-                self.impact_loss(py),
-                self.balance(py),
-            ],
-        )
-    }
-
-    /// The times [s], shape (m,).
-    #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.time.clone().into_pyarray(py)
-    }
-
-    /// Kinetic energy [J], shape (m,).
-    #[getter]
-    fn kinetic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.kinetic.clone().into_pyarray(py)
-    }
-
-    /// Potential energy [J], shape (m,), zero at q = 0.
-    #[getter]
-    fn potential<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.potential.clone().into_pyarray(py)
-    }
-
-    /// Work of the forcing since the start [J], shape (m,).
-    #[getter]
-    fn forcing_work<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.forcing_work.clone().into_pyarray(py)
-    }
-
-    /// Loss in dampers since the start [J], shape (m,).
-    #[getter]
-    fn damping_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.damping_loss.clone().into_pyarray(py)
-    }
-
-    /// Loss at impacts since the start [J], shape (m,), chatter included; for a reaction that is not that of inertia also what lasting
-    /// contact takes.
-    #[getter]
-    fn impact_loss<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.impact_loss.clone().into_pyarray(py)
-    }
-
-    /// What does not add up [J], zero at the start, shape (m,).
-    #[getter]
-    fn balance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.balance.clone().into_pyarray(py)
     }
 
     fn __repr__(&self) -> String {

@@ -5,53 +5,24 @@ use crate::impact::Impact;
 use crate::model::{Parameter, Scene};
 use crate::orbit::Pattern;
 use crate::python::answered::called_here;
-use crate::python::array::{out_matrix, rows, times, vector};
+use crate::python::array::{rows, times, vector};
 use crate::python::model::PyScene;
 use crate::python::named::amplitude_given;
+use crate::python::options::{Engine, Options};
 use crate::python::pattern::pattern;
 use crate::python::ramp::ramps;
+use crate::python::record::{Field, fields};
 use crate::python::rows::out_impacts_of_runs;
-use crate::python::simulate::{count, keep, solver, span};
+use crate::python::simulate::{count, keep, span};
 use crate::python::text::shown;
 use crate::python::{argument, interrupt};
 use crate::simulate::{Samples, SimulateOptions};
-use crate::sweep::{self, Axis, ExistencePoint, Scenes, SweepOptions};
+use crate::sweep::{self, Axis, Scenes};
 use nalgebra::DMatrix;
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-
-type Cells<'py> = (
-    Bound<'py, PyArray1<i64>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<f64>>,
-);
-
-fn out_cells<'py>(py: Python<'py>, cells: &[ExistencePoint]) -> Cells<'py> {
-    (
-        cells
-            .iter()
-            .map(|c| i64::from(c.n_orbits))
-            .collect::<Vec<_>>()
-            .into_pyarray(py),
-        cells
-            .iter()
-            .map(|c| c.is_admissible)
-            .collect::<Vec<_>>()
-            .into_pyarray(py),
-        cells
-            .iter()
-            .map(|c| c.is_stable)
-            .collect::<Vec<_>>()
-            .into_pyarray(py),
-        cells
-            .iter()
-            .map(|c| c.multiplier)
-            .collect::<Vec<_>>()
-            .into_pyarray(py),
-    )
-}
+use pyo3::types::PyDict;
 
 /// An axis of a map. The amplitude of a base motion, one number, is varied as the factor on it.
 pub(super) fn axis(
@@ -110,21 +81,12 @@ pub(crate) fn _existence_cells<'py>(
     x: (String, Bound<'py, PyAny>),
     y: (String, Bound<'py, PyAny>),
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
-    threads: Option<usize>,
-    #[pyo3(from_py_with = argument::progress)] progress: bool,
-    ask: Option<Py<PyAny>>,
-) -> PyResult<Cells<'py>> {
-    let q = question(&scene.0, pattern, &x, &y, n_periods)?;
-    let model = &scene.0;
-    let map = interrupt::run_asking(py, progress, ask.as_ref(), || {
-        let options = SweepOptions { threads };
-        sweep::existence_map(model, &q.pattern, (&q.x, &q.y), q.n_periods, options)
-    })?;
-    let cells: Vec<ExistencePoint> = (0..map.y.len())
-        .flat_map(|j| (0..map.x.len()).map(move |i| (i, j)))
-        .map(|(i, j)| map.point(i, j))
-        .collect();
-    Ok(out_cells(py, &cells))
+    engine: Engine<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (model, q) = (&scene.0, question(&scene.0, pattern, &x, &y, n_periods)?);
+    let (axes, options) = ((&q.x, &q.y), engine.sweep());
+    let map = engine.run(|| sweep::existence_map(model, &q.pattern, axes, q.n_periods, options))?;
+    Ok(fields!(py, map => n_orbits is_admissible is_stable multiplier))
 }
 
 /// Refuses what a map refuses before anything is computed.
@@ -143,34 +105,20 @@ pub(crate) fn _check_existence(
 
 /// The cell that one scene stands for: number of orbits, admissible, stable, largest multiplier.
 #[pyfunction]
-pub(crate) fn _existence_at(
-    py: Python<'_>,
+pub(crate) fn _existence_at<'py>(
+    py: Python<'py>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     pattern: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = argument::n_periods)] n_periods: i64,
     ask: Option<Py<PyAny>>,
-) -> PyResult<(u32, bool, bool, f64)> {
+) -> PyResult<Bound<'py, PyDict>> {
     let (pattern, n_periods) = (self::pattern(pattern)?, periods(n_periods)?);
     let model = &scene.0;
     let cell = interrupt::run_asking(py, false, ask.as_ref(), || {
         sweep::existence_at(model, &pattern, n_periods)
     })?;
-    Ok((
-        cell.n_orbits,
-        cell.is_admissible,
-        cell.is_stable,
-        cell.multiplier,
-    ))
+    Ok(fields!(py, cell => n_orbits is_admissible is_stable multiplier))
 }
-
-/// Positions, velocities, numbers of impacts, status of each; the impacts of all, one after another.
-type Ends<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<i64>>,
-    Vec<&'static str>,
-    Bound<'py, PyAny>,
-);
 
 /// One scene, or as many as there are runs.
 pub(super) fn scenes(value: &Bound<'_, PyAny>) -> PyResult<(Vec<Scene>, bool)> {
@@ -239,32 +187,27 @@ pub(crate) fn _simulate_rows<'py>(
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
     t_span: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = argument::method)] method: &str,
-    #[pyo3(from_py_with = argument::rtol)] rtol: f64,
-    #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
-    t_eval: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = argument::keep)] keep: &str,
-    #[pyo3(from_py_with = argument::max_impacts)] max_impacts: Option<i64>,
-    ramp: Option<&Bound<'py, PyAny>>,
+    options: Options<'py>,
     first: usize,
-    threads: Option<usize>,
-    #[pyo3(from_py_with = argument::progress)] progress: bool,
-    ask: Option<Py<PyAny>>,
-) -> PyResult<Ends<'py>> {
+    engine: Engine<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
     let (models, is_one) = scenes(scene)?;
     let n = models.first().map_or(0, Scene::n_dof);
-    let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
+    let t_span = span(t_span)?;
     let (q0, v0) = (rows_or_one("q0", q0, n)?, rows_or_one("v0", v0, n)?);
-    let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
+    let t_eval = options
+        .any_or_none("t_eval")?
+        .map(|t| times("t_eval", &t))
+        .transpose()?;
     let options = SimulateOptions {
-        solver: solver(method, rtol, atol)?,
-        keep: self::keep(keep)?,
-        t_eval,
-        max_impacts,
-        ramps: ramps(ramp)?,
+        solver: options.solver()?,
+        keep: keep(&options.get::<String>("keep")?)?,
+        t_eval: t_eval.map(|t| t.0),
+        max_impacts: count("max_impacts", options.get("max_impacts")?)?,
+        ramps: ramps(options.any_or_none("ramp")?.as_ref())?,
     };
-    let ends = interrupt::run_asking(py, progress, ask.as_ref(), || {
-        let sweep = SweepOptions { threads };
+    let sweep = engine.sweep();
+    let ends = engine.run(|| {
         let scenes = if is_one {
             Scenes::One(&models[0])
         } else {
@@ -273,11 +216,6 @@ pub(crate) fn _simulate_rows<'py>(
         sweep::simulate_many(scenes, (&q0, &v0), t_span, &options, sweep)
             .map_err(|error| counted_from(first, error))
     })?;
-    let counts = ends.n_impacts.iter();
-    let counts: Vec<i64> = counts
-        .map(|&k| i64::try_from(k).unwrap_or(i64::MAX))
-        .collect();
-    let status = ends.status.iter().map(|s| s.name()).collect();
     let (q, v) = match (&ends.samples, &options.t_eval) {
         (Some(samples), Some(times)) => {
             let shape = (times.len(), n);
@@ -286,21 +224,13 @@ pub(crate) fn _simulate_rows<'py>(
                 out_samples(py, samples, shape, |own| &own.2)?,
             )
         }
-        _ => (
-            out_matrix(py, &ends.q)?.into_any(),
-            out_matrix(py, &ends.v)?.into_any(),
-        ),
+        _ => (ends.q.field(py)?, ends.v.field(py)?),
     };
     let runs = ends.impacts.iter().zip(first..);
     let runs = runs.flat_map(|(own, run)| own.iter().map(move |impact| (run, *impact)));
     let (runs, impacts): (Vec<usize>, Vec<Impact>) = runs.unzip();
-    Ok((
-        q,
-        v,
-        counts.into_pyarray(py),
-        status,
-        out_impacts_of_runs(py, &runs, &impacts)?,
-    ))
+    let impacts = out_impacts_of_runs(py, &runs, &impacts)?;
+    Ok(fields!(py, ends => n_impacts status; q: q; v: v; impacts: impacts))
 }
 
 /// Rows of states, or one of them, which may be given without its axis.

@@ -8,6 +8,7 @@ mod following;
 mod laws;
 mod linear_scenes;
 mod motions;
+mod objective;
 mod own;
 #[path = "../common/random.rs"]
 mod random;

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.results import boundary
 
 SCENE = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([9.0], 2.4), vi.Stop(0, 1.0, 0.8))
 BOX = [(-3.0, 1.5), (-5.0, 5.0)]
@@ -99,34 +98,34 @@ def test_fractions_by_samples(found):
     assert "forcing_scale, 3 values" in repr(along)
 
 
+def plane_of(labels):
+    """Return basins with some labels."""
+    x, y = (np.arange(float(cells)) for cells in labels.shape[::-1])
+    return vi.Basins(labels, np.zeros(labels.shape, np.int32), x, y, "q[0]", "v[0]", ())
+
+
 class TestBoundary:
-    def test_a_straight_boundary_has_dimension_one(self):
+    def test_what_is_found_of_a_straight_one(self):
         labels = np.ones((128, 128), dtype=np.int16)
         labels[:, 61:] = 2
-        fit = boundary.dimension(labels)
-        assert abs(fit.value - 1.0) < 1e-12
-        assert abs(boundary.uncertainty(labels).value - 1.0) < 1e-12
-        whole, mixed = boundary.entropy(labels, 8)
-        assert abs(mixed - (-(5 / 8) * np.log(5 / 8) - (3 / 8) * np.log(3 / 8))) < 1e-12
-        assert abs(whole - mixed / 16) < 1e-12
+        made = plane_of(labels)
+        fit = made.boundary_dimension()
+        assert isinstance(fit, vi.Fit)
+        assert fit.sizes.tolist() == [2, 4, 8, 16, 32]
+        assert fit.value == pytest.approx(1.0, abs=1e-12)
+        assert made.uncertainty_exponent().sizes.tolist() == [1, 2, 4, 8, 16]
+        whole, mixed = made.entropy(8)
+        assert whole == pytest.approx(mixed / 16, abs=1e-12)
 
-    def test_riddled_basins_have_dimension_two(self):
-        labels = (1 + np.random.default_rng(1).integers(0, 2, (256, 256))).astype(np.int16)
-        assert abs(boundary.dimension(labels).value - 2.0) < 0.1
-        assert abs(boundary.uncertainty(labels).value) < 0.05
-        assert boundary.entropy(labels, 16)[1] == pytest.approx(np.log(2), rel=0.01)
-
-    def test_one_basin_has_no_boundary(self):
+    def test_what_lies_inside_a_stop_is_no_basin(self):
         labels = np.ones((64, 64), dtype=np.int16)
-        assert np.isnan(boundary.dimension(labels).value)
-        assert boundary.entropy(labels, 8)[0] == 0.0
-        labels[:, :8] = -2  # what lies inside a stop is no basin
-        assert np.isnan(boundary.dimension(labels).value)
+        labels[:, :8], labels[:, 8:16] = -2, -3
+        assert np.isnan(plane_of(labels).boundary_dimension().value)
 
     @pytest.mark.parametrize("cells", [0, 65, 2.5, True])
     def test_boxes_fit_into_the_plane(self, cells):
         with pytest.raises(ValueError, match="cells is"):
-            boundary.entropy(np.ones((64, 64), dtype=np.int16), cells)
+            plane_of(np.ones((64, 64), dtype=np.int16)).entropy(cells)
 
 
 @pytest.mark.parametrize(

@@ -252,7 +252,7 @@ class TestBadInput:
             ({"max_points": 0}, "max_points is 0"),
             ({"direction": "left"}, 'direction is "left"'),
             ({"virtual": "drop"}, "virtual is 'drop'"),
-            ({"monitor": {"bad": lambda own: np.nan}}, r"monitor\['bad'\] at point 0 is nan"),
+            ({"monitor": {"bad": lambda own: np.nan}}, r"monitor\['bad'\] at point 0 is NaN"),
             ({"step": (1e-8, 0.1)}, r"step is \(1e-08, 0.1\), but \(smallest, first, largest\) is needed"),
             ({"start": 2.35}, "start is 2.35, but it is that of a callable"),
         ],

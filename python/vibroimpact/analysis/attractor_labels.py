@@ -19,19 +19,13 @@ from vibroimpact.run import pool
 Starts = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-def seen(attractors: Sequence[Attractor]) -> list[tuple[Any, ...]]:
-    """Return attractors as motions are held against them."""
-    return [(one.kind, one.orbit, one.n_periods, one.points) for one in attractors]
+def labelled(shared: tuple[Any, ...], starts: Starts, own: pool.Own) -> dict[str, NDArray[Any]]:
+    """Return the labels of states, and the iterations: the periods until each was decided.
 
-
-def labelled(shared: tuple[Any, ...], starts: Starts, own: pool.Own) -> tuple[NDArray[np.int16], NDArray[np.int32]]:
-    """Return the label of each state, and the periods until it was decided.
-
-    Shared are a scene, attractors as seen, a box, its angles, and options.
+    Shared are a scene, attractors, a box, its angles, and options.
     """
     scene, attractors, box, wrap, options = shared
-    arguments: tuple[Any, ...] = (scene, attractors, box, wrap, *starts, *options, *own)
-    return _core._basin_cells(*arguments)
+    return _core._basin_cells(scene, [vars(one) for one in attractors], box, wrap, *starts, options, own)
 
 
 def turns_of(wrap: Mapping[int, float] | None, attractors: Sequence[Attractor] | None) -> tuple[tuple[int, float], ...]:

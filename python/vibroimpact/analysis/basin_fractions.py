@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import Scene
 from vibroimpact._validation import shown
 from vibroimpact.analysis import parameter_axis
-from vibroimpact.analysis.attractor_labels import check_attractors, labelled, seen, turns_of
+from vibroimpact.analysis.attractor_labels import check_attractors, labelled, turns_of
 from vibroimpact.analysis.find_attractors import checked_box, drawn, find_attractors
 from vibroimpact.results.attractors import Attractor
 from vibroimpact.results.basin_fractions import BasinFractions
@@ -85,13 +85,13 @@ def basin_fractions(
     states = drawn(scene, sides, int(samples), rng)
     engine = {"workers": workers, "progress": progress}
     search = {"phase": phase, "wrap": wrap, "method": method, "rtol": rtol, "atol": atol, **engine}
-    options = (float(phase), max_periods, None, method, rtol, atol)
+    options = {"phase": float(phase), "max_periods": max_periods, "hits": None, "method": method, "rtol": rtol, "atol": atol}
     turns = turns_of(wrap, attractors)
 
     def measured(own: Scene, found: Sequence[Attractor]) -> NDArray[np.int16]:
-        shared = (own, seen(found), sides, turns, options)
+        shared = (own, tuple(found), sides, turns, options)
         pieces = [(states[i:j], np.full(j - i, float(phase))) for i, j in pool.cut(samples, workers)]
-        return np.concatenate([part[0] for part in pool.run(labelled, shared, pieces, workers, progress=progress)])
+        return np.concatenate([part["labels"] for part in pool.run(labelled, shared, pieces, workers, progress=progress)])
 
     if axis is None:
         if attractors is None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core import Scene
 from vibroimpact.analysis import state_plane
-from vibroimpact.analysis.attractor_labels import check_attractors, labelled, seen, turns_of
+from vibroimpact.analysis.attractor_labels import check_attractors, labelled, turns_of
 from vibroimpact.analysis.find_attractors import checked_box, find_attractors
 from vibroimpact.analysis.state_plane import Plane
 from vibroimpact.analysis.stored_attractors import with_scene, without_scene
@@ -84,15 +84,8 @@ def basins(
         As for ``simulate``.
     workers : int, Executor or callable, optional
         As for ``simulate_many``. The bits are the same with any.
-    store : str, path-like or store of zarr, optional
-        A folder (needs zarr) into which cells are written while they are worked out. The same call goes on where one was broken
-        off, with the same bits; ``load`` opens what is there. Functions of the scene are told from others by their code, values
-        and attributes, and by those of all that they read and call outside of libraries; objects by what pickle keeps of them,
-        so that what a call changes in them can be left out by ``__getstate__``.
-    overwrite : bool, default False
-        Whether a store that other arguments have made is replaced; one that the same have made is gone on with.
-    key : str, optional
-        A text that stands for code that a store cannot look through, as functions compiled from C: another code, another key.
+    store, overwrite, key
+        As for ``existence_map``; functions of the scene are told from others as the callable is there.
     progress : bool, default False
         Show a progress bar (needs tqdm).
 
@@ -130,12 +123,12 @@ def basins(
         state_plane.after_impact(scene, impact) if impact is not None else state_plane.of_coordinates(scene, q, v, float(phase))
     )
     around = _box(scene, box, attractors, plane if impact is None else None)
-    options = (float(phase), max_periods, hits, method, rtol, atol)
+    options = {"phase": float(phase), "max_periods": max_periods, "hits": hits, "method": method, "rtol": rtol, "atol": atol}
     if attractors is not None:
         check_attractors(scene, attractors, phase)
     angles = turns_of(wrap, attractors)
     nothing = np.empty((0, 2 * scene.n_dof)), np.empty(0)
-    labelled((scene, seen(attractors or ()), around, angles, options), nothing, (1, False, None))  # refuses what may not be
+    labelled((scene, tuple(attractors or ()), around, angles, options), nothing, (1, False, None))  # refuses what may not be
     kept = None
     if store is not None:
         arguments = {
@@ -160,17 +153,16 @@ def basins(
         attractors = find_attractors(scene, around, **search)  # type: ignore[arg-type]
         if kept is not None:
             kept.keep("attractors", without_scene(attractors))
-    shared = (plane, scene, seen(attractors), around, angles, options)
+    shared = (plane, scene, tuple(attractors), around, angles, options)
     shape, pieces = (plane.y.size, plane.x.size), pool.count(workers)
     found = worked_out(_tile, shared, shape, COLUMNS, pieces, workers, progress, kept)
     own = attractors if isinstance(attractors, Attractors) else tuple(attractors)
     return Basins(found["labels"], found["iterations"], plane.x, plane.y, plane.x_name, plane.y_name, own)
 
 
-def _tile(shared: tuple[Any, ...], tile: Tile, own: pool.Own) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
+def _tile(shared: tuple[Any, ...], tile: Tile, own: pool.Own) -> dict[str, NDArray[Any]]:
     plane, *rest = shared
-    labels, iterations = labelled(tuple(rest), plane.starts(tile), own)
-    return iterations, labels
+    return labelled(tuple(rest), plane.starts(tile), own)
 
 
 def _box(scene: Scene, box: ArrayLike | None, attractors: Sequence[Attractor] | None, plane: Plane | None) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
@@ -74,7 +73,12 @@ def bifurcation_curve(
     >>> curve.kind, bool(abs(curve.y[curve.arclength == 0.0][0] - doubling.parameter) < 1e-9)
     ('period_doubling', True)
     """
-    orbit, point = _begun(special)
+    if not isinstance(special, Special | Orbit):
+        message = f"special is {shown(special)}, but a Special or an Orbit is needed"
+        raise TypeError(message)
+    if isinstance(special, Special) and special.parameter_name == "energy":
+        message = f"special is {shown(special)}, but a curve is over numbers of a scene: its orbits keep their energy in any"
+        raise ValueError(message)
     make: Callable[[float, float], Scene] | None = None
     names: tuple[str, str] | None = None
     pair: tuple[float | None, float | None] = (None, None)
@@ -98,22 +102,9 @@ def bifurcation_curve(
         message = f"between is {shown(between)}, but ((low, high), (low, high)) is needed"
         raise ValueError(message) from None
     ranges = (few("between[0]", first, ("low", "high")), few("between[1]", second, ("low", "high")))
-    steps = few("step", step, ("smallest", "first", "largest"))
-    found = _core._bifurcation_curve(point, orbit, names, make, pair, ranges, direction, max_points, steps, progress)
-    orbits, xs, ys, arclength, is_virtual, points, (low, high) = found
+    options = {"direction": direction, "max_points": max_points, "progress": progress}
+    options["step"] = few("step", step, ("smallest", "first", "largest"))
+    found = _core._bifurcation_curve(special, names, make, pair, ranges, options)
     of = special.kind if isinstance(special, Special) else "together"
-    marked = tuple(CurvePoint(kind, (x, y), (dx, dy), at, orbit) for kind, (x, y), (dx, dy), at, orbit in points)
-    return BifurcationCurve(of, names, tuple(orbits), xs, ys, arclength, is_virtual, marked, (low, high))
-
-
-def _begun(special: Any) -> tuple[Orbit, tuple[Any, ...] | None]:
-    """Return the orbit of a special point and what the core takes of it; an orbit as it is."""
-    if isinstance(special, Orbit):
-        return special, None
-    if not isinstance(special, Special):
-        message = f"special is {shown(special)}, but a Special or an Orbit is needed"
-        raise TypeError(message)
-    if special.parameter_name == "energy":
-        message = f"special is {shown(special)}, but a curve is over numbers of a scene: its orbits keep their energy in any"
-        raise ValueError(message)
-    return special.orbit, special._given()
+    marked = tuple(CurvePoint(**own) for own in found.pop("special"))
+    return BifurcationCurve(kind=of, parameter_names=names, special=marked, **found)

@@ -62,14 +62,13 @@ def poincare_points(
     >>> vi.poincare_points(orbit, plane=([0, 0, 0, 1], 0.0))  # where the lower pendulum turns back
     PoincarePoints(3 points of 2 coordinates, 0 of them after impacts)
     """
-    return PoincarePoints(*_core._poincare_points(motion, phase, stops, plane))
+    return PoincarePoints(**_core._poincare_points(motion, phase, stops, plane))
 
 
-def _part(shared: tuple[Any, ...], piece: tuple[Any, str, NDArray[np.float64]], own: pool.Own) -> tuple[Any, ...]:
-    scene, name, *rest = shared
+def _part(shared: tuple[Any, ...], piece: tuple[Any, str, NDArray[np.float64]], own: pool.Own) -> dict[str, Any]:
+    scene, name, options = shared
     made, way, values = piece
-    arguments: tuple[Any, ...] = (scene if made is None else made, name, values, way, *rest, *own)
-    return _core._bifurcation_diagram(*arguments)
+    return _core._bifurcation_diagram(scene if made is None else made, name, values, options | {"direction": way}, own)
 
 
 def bifurcation_diagram(
@@ -146,7 +145,8 @@ def bifurcation_diagram(
     else:
         name, values = parameter_axis.named(axis, "axis")
     ways = {"up": ["up"], "down": ["down"], "both": ["up", "down"]}.get(direction, [direction])
-    rest = (q0, v0, transient, periods, section, phase, stops, carry, method, rtol, atol)
+    options = {"q0": q0, "v0": v0, "transient": transient, "periods": periods, "section": section, "phase": phase}
+    options |= {"stops": stops, "carry": carry, "method": method, "rtol": rtol, "atol": atol}
 
     def made(own: NDArray[np.float64]) -> Any:
         return [_scene(scene, float(value)) for value in own] if callable(scene) else None
@@ -157,9 +157,12 @@ def bifurcation_diagram(
         bounds = [(0, values.size)] if carry else pool.cut(values.size, workers)
         cuts = [(way, ordered[i:j]) for way in ways for i, j in (bounds if way == "up" else bounds[::-1])]
     pieces = [(made(own), way, own) for way, own in cuts]
-    shared = (None if callable(scene) else scene, name, *rest)
+    shared = (None if callable(scene) else scene, name, options)
     parts = pool.run(_part, shared, pieces, workers, progress=progress)
-    return _assembled(name, parts)
+    before = np.cumsum([0] + [len(part["parameter"]) for part in parts])
+    for part, first in zip(parts, before[:-1].tolist(), strict=True):
+        part["index"] += first
+    return BifurcationDiagram.joined(parts, name=name)
 
 
 def _scene(make: Callable[[float], Scene], value: float) -> Scene:
@@ -168,16 +171,3 @@ def _scene(make: Callable[[float], Scene], value: float) -> Scene:
         message = f"scene({shown(value)}) is {shown(scene)}, but a Scene is needed"
         raise TypeError(message)
     return scene
-
-
-def _assembled(name: str | None, parts: Sequence[tuple[Any, ...]]) -> BifurcationDiagram:
-    """Put the values of all pieces together."""
-    parameter, direction, n_periods, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(4))
-    pattern = tuple(own for part in parts for own in part[4])
-    status = np.concatenate([np.array(part[5], dtype=np.str_) for part in parts])
-    before = np.cumsum([0] + [len(part[0]) for part in parts])
-    index = np.concatenate([part[6] + first for part, first in zip(parts, before[:-1], strict=True)])
-    stop, speed_before, phase, q, v = (np.concatenate([part[7][k] for part in parts]) for k in range(1, 6))
-    return BifurcationDiagram(
-        name, parameter, direction, n_periods, n_impacts, pattern, status, index, stop, speed_before, phase, q, v
-    )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._validation import few, shown
 from vibroimpact.analysis.continuation import continuation
@@ -18,9 +17,6 @@ from vibroimpact.results.special import BOUNDARIES, Candidate, Special
 from vibroimpact.run import pool
 
 __all__ = ["branch_tree"]
-
-#: Two orbits at one value are one if their impacts differ by less than this in phase [rad] and in parts of the fastest.
-_SAME = 1e-6
 
 
 def branch_tree(
@@ -117,48 +113,4 @@ def _followed(shared: tuple[Any, ...], candidate: Candidate, _: pool.Own) -> Bra
 
 def _is_known(candidate: Candidate, branches: list[Branch]) -> bool:
     """Whether one of some branches has the orbit of a candidate, or its mirror image."""
-    images = [candidate.orbit]
-    with contextlib.suppress(ValueError):
-        images.append(candidate.orbit.mirrored())
-    for branch in branches:
-        if branch.n_periods != candidate.orbit.n_periods or len(branch[0].impacts) != len(candidate.orbit.impacts):
-            continue
-        there = branch.at(candidate.parameter)
-        if any(_are_one(orbit, image) for orbit in there for image in images):
-            return True
-    return False
-
-
-def _are_one(one: Orbit, other: Orbit) -> bool:
-    """Whether two orbits are the same motion, counted from one of their impacts or another."""
-    a, b = one.impacts, other.impacts
-    if len(a) != len(b):
-        return False
-    if not len(a):
-        x, y = _at_phase_zero(one), _at_phase_zero(other)
-        return bool(np.abs(x - y).max() <= _SAME * np.abs(x).max())
-    fastest = max(np.abs(a["speed_before"]).max(), np.abs(b["speed_before"]).max())
-    for turn in range(len(a)):
-        turned = np.roll(b, turn)
-        speeds = np.abs(a["speed_before"] - turned["speed_before"]).max() <= _SAME * fastest
-        late = _angle(_since_first(a, one) - _since_first(turned, other)) + _angle(a["phase"] - turned["phase"])
-        if speeds and late.max() <= _SAME and (a["stop"] == turned["stop"]).all():
-            return True
-    return False
-
-
-def _angle(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the sizes of angles within a turn."""
-    return np.asarray(np.abs(np.angle(np.exp(1j * x))))
-
-
-def _since_first(impacts: NDArray[Any], orbit: Orbit) -> NDArray[np.float64]:
-    """Return the times of impacts from the first of them, in angles of a turn for each period."""
-    times = impacts["time"]
-    return np.asarray(2.0 * np.pi * (times - times[0]) / orbit.period)
-
-
-def _at_phase_zero(orbit: Orbit) -> NDArray[np.float64]:
-    """Return the state of an orbit at phase zero of the forcing."""
-    t = (-orbit.phase % (2.0 * np.pi)) * orbit.period / (2.0 * np.pi * orbit.n_periods)
-    return np.concatenate([orbit.position(t), orbit.velocity(t)])
+    return any(_core._is_on_branch(own, getattr(own, "_make", None), candidate.orbit, candidate.parameter) for own in branches)

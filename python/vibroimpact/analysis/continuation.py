@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
-from vibroimpact._validation import few, finite, shown
-from vibroimpact.results.branch import Branch, Followed
+from vibroimpact._validation import few, shown
+from vibroimpact.results.branch import Branch
 from vibroimpact.results.special import Candidate, Special
 
 __all__ = ["continuation"]
@@ -143,24 +139,26 @@ def continuation(
     smallest, first_step, largest = few("step", step, ("smallest", "first", "largest"))
     measures = _checked(monitor)
     name, make = (parameter, None) if isinstance(parameter, str) else (None, parameter)
-    keeps = virtual == "keep"
     steps = (smallest, first_step, largest)
     start = known if start is None else start
-    way = (direction, max_points, steps, keeps, symmetric, progress)
-    found = Followed(*_core._continuation(begin, name, make, start, (low, high), *way))
-    marked = tuple(Special._of(own, name, (low, high), make) for own in found.special)
-    first, last = found.ends
-    branch = Branch(name, tuple(found.orbits), *found[1:7], marked, {}, (first, last), found.is_closed)
+    options = {"direction": direction, "max_points": max_points, "step": steps}
+    options |= {"keeps_virtual": virtual == "keep", "symmetric": symmetric, "progress": progress}
+    found, raised = _core._continuation(begin, name, make, start, (low, high), options)
+    marked = tuple(Special._of(own, name, (low, high), make) for own in found.pop("special"))
+    branch = Branch(parameter_name=name, special=marked, monitor={}, **found)
     # Not a part of the result: functions are not saved.
     branch._set("_make", make)
-    raised, values = found.raised, found.parameter
+    values = branch.parameter
     if raised is not None and not isinstance(raised, KeyboardInterrupt):
         raised.add_note(f"the branch is kept from {values.min():g} to {values.max():g}, as .branch of this exception")
         raised.branch = branch  # type: ignore[attr-defined]
         raise raised
+    zeros: list[Special] = []
     try:
-        branch.monitor.update({own: _measured(own, measure, branch.orbits) for own, measure in measures.items()})
-        zeros = [zero for own, measure in measures.items() for zero in _zeros(branch, (low, high), own, measure)]
+        for own, measure in measures.items():
+            monitored = _core._monitored(branch, make, own, measure)
+            branch.monitor[own] = monitored["values"]
+            zeros += [Special._of(zero, name, (low, high), make) for zero in monitored["zeros"]]
     except (Exception, KeyboardInterrupt) as error:
         error.branch = branch  # type: ignore[union-attr]
         raise
@@ -187,45 +185,3 @@ def _checked(monitor: Mapping[str, Monitor] | None) -> Mapping[str, Monitor]:
         message = f"monitor is {shown(monitor)}, but names with functions f(orbit) -> float are needed"
         raise TypeError(message)
     return found
-
-
-def _measured(name: str, measure: Monitor, orbits: Sequence[Orbit]) -> NDArray[np.float64]:
-    """Return what a function gives of each orbit."""
-    given = [measure(orbit) for orbit in orbits]
-    values = np.empty(len(given))
-    for k, value in enumerate(given):
-        values[k] = finite(f"monitor[{name!r}] at point {k}", value)
-    return values
-
-
-#: A change of sign is a zero where a function comes to so small a part of its values on both sides.
-_ZERO = 1e-6
-
-
-def _zeros(branch: Branch, between: tuple[float, float], name: str, measure: Monitor) -> Iterator[Special]:
-    """Give the points between others at which a function is zero, by the false position in the branch's number."""
-    span = np.ptp(branch.parameter)
-    known = dict(zip(branch.arclength.tolist(), branch.monitor[name].tolist(), strict=True))
-    nodes = [(node, known[node.arclength] if node.arclength in known else measure(node.orbit)) for node in branch._nodes()]
-    for (here, f), (there, g) in itertools.pairwise(nodes):
-        if not f * g < 0.0:
-            continue
-        x, y = here.parameter, there.parameter
-        size, at, value, orbit = max(abs(f), abs(g)), x, f, here.orbit
-        while x != y:
-            before, at = at, x - f * (y - x) / (g - f)
-            if not min(x, y) < at < max(x, y):
-                break
-            orbit = branch._between((here, there), at)
-            value = measure(orbit)
-            # The side that stays is halved, so that both come nearer (Illinois).
-            (x, f, y, g) = (at, value, y, 0.5 * g) if value * f > 0.0 else (x, 0.5 * f, at, value)
-            if value == 0.0 or abs(at - before) <= 1e-13 * span:
-                break
-        if abs(value) > _ZERO * size:
-            continue
-        part = (at - here.parameter) / (there.parameter - here.parameter)
-        arclength = float(here.arclength + part * (there.arclength - here.arclength))
-        error = max(abs(at - before), np.finfo(float).eps * span)
-        point: tuple[Any, ...] = (f"user:{name}", float(at), float(error), arclength, orbit, None, None, None, [])
-        yield Special._of(point, branch.parameter_name, between, getattr(branch, "_make", None))

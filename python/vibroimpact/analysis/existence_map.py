@@ -39,9 +39,8 @@ def _tile(shared: tuple[Any, ...], tile: Tile, own: pool.Own) -> Found:
     """Cells of a map whose scenes `replace` makes."""
     scene, pattern, n_periods, (x_name, x), (y_name, y) = shared
     rows, columns = tile
-    arguments: tuple[Any, ...] = (scene, pattern, (x_name, x[columns]), (y_name, y[rows]), n_periods, *own)
-    n_orbits, *others = _core._existence_cells(*arguments)
-    return (*others, n_orbits)
+    arguments: tuple[Any, ...] = (scene, pattern, (x_name, x[columns]), (y_name, y[rows]), n_periods, own)
+    return _core._existence_cells(*arguments)
 
 
 def _called_tile(shared: tuple[Any, ...], tile: Tile, own: pool.Own) -> Found:
@@ -55,8 +54,7 @@ def _called_tile(shared: tuple[Any, ...], tile: Tile, own: pool.Own) -> Found:
             if ask is not None:
                 ask()
             found.append(_core._existence_at(make(a, b), pattern, n_periods, ask))
-    kinds: tuple[type, ...] = (np.bool_, np.bool_, np.float64, np.int64)
-    return tuple(np.array([cell[k] for cell in found], dtype=kind) for kind, k in zip(kinds, (1, 2, 3, 0), strict=True))
+    return {name: np.array([cell[name] for cell in found]) for name in COLUMNS}
 
 
 def existence_map(

@@ -11,16 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact import _core
 from vibroimpact._core import Scene
 from vibroimpact._validation import shown
-from vibroimpact.results.attractors import LEFT, Attractor, Attractors
+from vibroimpact.results.attractors import Attractor, Attractors
 from vibroimpact.run import pool
 
 __all__ = ["find_attractors"]
 
 
 def _settled(shared: tuple[Any, ...], starts: NDArray[np.float64], own: pool.Own) -> list[Any]:
-    scene, sides, angles, *rest = shared
-    arguments: tuple[Any, ...] = (scene, sides, angles, starts, *rest, *own)
-    return _core._settle_seeds(*arguments)
+    scene, sides, angles, options = shared
+    return _core._settle_seeds(scene, sides, angles, starts, options, own)
 
 
 def find_attractors(
@@ -104,15 +103,14 @@ def find_attractors(
     sides = checked_box(scene, box)
     starts = _starts(scene, sides, seeds, rng)
     angles = turns(wrap)
-    rest = (phase, longest_period, transient, max_periods, method, rtol, atol)
+    options: dict[str, Any] = {"phase": phase, "method": method, "rtol": rtol, "atol": atol}
+    options |= {"longest_period": longest_period, "transient": transient, "max_periods": max_periods}
     pieces = [starts[i:j] for i, j in pool.cut(len(starts), workers)]
-    parts = pool.run(_settled, (scene, sides, angles, *rest), pieces, workers, progress=progress)
+    parts = pool.run(_settled, (scene, sides, angles, options), pieces, workers, progress=progress)
     found = [one for part in parts for one in part]
-    places, attractors = _core._group_attractors(scene, sides, angles, found, *rest)
-    of_seed = np.array(places, dtype=np.int64)
-    outside = max(int((of_seed != LEFT["inside"]).sum()), 1)
-    all_found = tuple(_attractor(one, float((of_seed == k).sum() / outside)) for k, one in enumerate(attractors))
-    return Attractors(scene, all_found, starts, of_seed, sides, float(phase), angles)
+    grouped = _core._group_attractors(scene, sides, angles, found, options)
+    attractors = tuple(Attractor(**one) for one in grouped["all"])
+    return Attractors(scene, attractors, starts, grouped["of_seed"], sides, float(phase), angles)
 
 
 def turns(wrap: Mapping[int, float] | None) -> tuple[tuple[int, float], ...]:
@@ -129,11 +127,6 @@ def turns(wrap: Mapping[int, float] | None) -> tuple[tuple[int, float], ...]:
             message = f"wrap[{position}] is {turn!r}, but a number is needed"
             raise TypeError(message)
     return tuple((int(position), float(turn)) for position, turn in (wrap or {}).items())
-
-
-def _attractor(parts: tuple[Any, ...], fraction: float) -> Attractor:
-    kind, orbit, n_periods, points, exponents, pattern, reason = parts
-    return Attractor(kind, orbit, n_periods, points, exponents, pattern, reason, fraction)
 
 
 def _starts(

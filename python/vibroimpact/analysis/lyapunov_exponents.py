@@ -72,5 +72,5 @@ def lyapunov_exponents(
     >>> abs(found.sum - found.expected_sum) < 1e-6
     True
     """
-    arguments = (scene, q0, v0, t_span, skip, n_exponents, method, rtol, atol, progress)
-    return LyapunovExponents(*_core._lyapunov_exponents(*arguments))
+    options = {"skip": skip, "n_exponents": n_exponents, "method": method, "rtol": rtol, "atol": atol, "progress": progress}
+    return LyapunovExponents(**_core._lyapunov_exponents(scene, q0, v0, t_span, options))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,17 +15,6 @@ from vibroimpact.results.derivatives import Derivatives
 
 __all__ = ["objective"]
 
-#: What of an orbit each derivative is of.
-VALUES: dict[str, Callable[[Orbit], Any]] = {
-    "q0": lambda orbit: orbit.q0,
-    "v0": lambda orbit: orbit.v0,
-    "phase": lambda orbit: orbit.phase,
-    "period": lambda orbit: orbit.period,
-    "speeds_before": lambda orbit: orbit.impacts["speed_before"],
-    "times": lambda orbit: orbit.impacts["time"],
-    "min_gap": lambda orbit: orbit.min_gap,
-    "max_displacement": lambda orbit: orbit.max_displacement,
-}
 Value = Callable[[Orbit, Derivatives], tuple[float, ArrayLike]]
 Make = Callable[[NDArray[np.float64]], Scene]
 
@@ -43,7 +30,7 @@ class Objective:
         That p.
     """
 
-    def __init__(self, make: Make, orbit: Orbit, value: Value, start: NDArray[np.float64]) -> None:
+    def __init__(self, make: Make, orbit: Orbit, value: str | Value, start: NDArray[np.float64]) -> None:
         self._make, self._value = make, value
         self.orbit, self.p = orbit, start
 
@@ -54,20 +41,11 @@ class Objective:
             message = f"p is {p}, but {len(self.p)} finite numbers are needed"
             raise ValueError(message)
         try:
-            orbit = _core._continued_orbit(self.orbit, self._make, self.p, p)
+            value, gradient, orbit = _core._objective_at(self.orbit, self._make, self._value, self.p, p)
         except ConvergenceError as error:
             raise ConvergenceError(f"p = {p.tolist()}, followed from {self.p.tolist()}: {error}") from error
-        if isinstance(self._value, _Entry):  # which is none of the multipliers
-            found = _core._derivatives_but_multipliers(orbit, self._make, p)
-        else:
-            found = orbit.derivatives(self._make, start=p)
-        value, gradient = self._value(orbit, found)
-        gradient = _core._numbers("the gradient of value", gradient)
-        if gradient.shape != p.shape:
-            message = f"the gradient of value has shape {gradient.shape}, but {p.shape} is needed"
-            raise ValueError(message)
         self.orbit, self.p = orbit, p
-        return float(value), gradient
+        return value, gradient
 
 
 def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike) -> Objective:
@@ -129,27 +107,7 @@ def objective(make: Make, orbit: Orbit, value: str | Value, *, start: ArrayLike)
     if not (isinstance(value, str) or callable(value)):
         message = f"value is {shown(value)}, but the name of an entry or a callable f(orbit, derivatives) is needed"
         raise TypeError(message)
-    entry = _Entry(value, orbit) if isinstance(value, str) else value
+    if isinstance(value, str):
+        _core._check_entry(value, orbit)
     _core._derivatives_but_multipliers(orbit, make, p)  # refuses an orbit that is not that of start
-    return Objective(make, orbit, entry, p)
-
-
-class _Entry:
-    """An entry of what an orbit has, and its derivatives."""
-
-    def __init__(self, name: str, orbit: Orbit) -> None:
-        parts = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)
-        if parts is None or parts[1] not in VALUES:
-            message = f"value is {name!r}, but it must be an entry of {', '.join(VALUES)}, or a callable f(orbit, derivatives)"
-            raise ValueError(message)
-        self._own, index = parts[1], parts[2]
-        shape = np.shape(VALUES[self._own](orbit))
-        if (index is None) != (shape == ()) or (index is not None and int(index) >= shape[0]):
-            entries = "one number" if shape == () else f"of {shape[0]} entries, {self._own}[0] and so on"
-            message = f"value is {name!r}, but {self._own} of this orbit is {entries}"
-            raise ValueError(message)
-        self._place = () if index is None else int(index)
-
-    def __call__(self, orbit: Orbit, derivatives: Derivatives) -> tuple[float, NDArray[np.float64]]:
-        """Return the entry and its derivatives."""
-        return float(np.asarray(VALUES[self._own](orbit))[self._place]), getattr(derivatives, self._own)[self._place]
+    return Objective(make, orbit, value, p)

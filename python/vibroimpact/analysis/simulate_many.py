@@ -21,11 +21,10 @@ __all__ = ["simulate_many"]
 _NOTHING = Scene(LinearSystem(1.0, 0.0, 0.0))
 
 
-def _rows(shared: tuple[Any, ...], piece: tuple[Any, ...], own: pool.Own) -> tuple[Any, ...]:
-    scene, *rest = shared
+def _rows(shared: tuple[Any, ...], piece: tuple[Any, ...], own: pool.Own) -> dict[str, Any]:
+    scene, t_span, options = shared
     scenes, q0, v0, first = piece
-    arguments: tuple[Any, ...] = (scene if scenes is None else scenes, q0, v0, *rest, first, *own)
-    return _core._simulate_rows(*arguments)
+    return _core._simulate_rows(scene if scenes is None else scenes, q0, v0, t_span, options, first, own)
 
 
 def _scenes(scene: Any, q0: ArrayLike, v0: ArrayLike) -> list[Scene]:
@@ -157,11 +156,16 @@ def simulate_many(
         scene = _scenes(scene, q0, v0)
     if isinstance(scene, list) and not scene:
         scene, q0, v0 = _NOTHING, np.empty((0, 1)), np.empty((0, 1))
-    rest = (t_span, method, rtol, atol, t_eval, keep, max_impacts, ramp)
+    options = {
+        "method": method,
+        "rtol": rtol,
+        "atol": atol,
+        "t_eval": t_eval,
+        "keep": keep,
+        "max_impacts": max_impacts,
+        "ramp": ramp,
+    }
     pieces = _in_pieces(scene, q0, v0, workers) if pool.is_elsewhere(workers) else [(scene, q0, v0, 0)]
-    shared = (scene if isinstance(scene, Scene) else None, *rest)
+    shared = (scene if isinstance(scene, Scene) else None, t_span, options)
     parts = pool.run(_rows, shared, pieces, workers, progress=progress)
-    q, v, n_impacts = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    status = np.concatenate([np.array(part[3], dtype=np.str_) for part in parts])
-    impacts = np.concatenate([part[4] for part in parts]) if keep == "impacts" else None
-    return Ensemble(q, v, n_impacts, status, impacts)
+    return Ensemble.joined(parts, **({} if keep == "impacts" else {"impacts": None}))

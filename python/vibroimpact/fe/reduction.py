@@ -340,28 +340,23 @@ def _choice(n_modes: int | None, up_to: float | None, n: int) -> tuple[int | Non
             message = f"up_to is {up_to}, but it must be a frequency above zero [rad/s] whose square is one of the doubles"
             raise ValueError(message)
         return None, square
-    try:
-        count = index(n_modes)
-    except TypeError:
-        message = f"n_modes is {n_modes!r}, but a whole number is needed"
-        raise TypeError(message) from None
-    if not 1 <= count <= n:
-        message = f"n_modes is {count}, but it must lie in 1 to {n}, the number of unknowns with mass"
-        raise ValueError(message)
-    return count, 0.0
+    return _count("n_modes", n_modes, 1, n), 0.0
 
 
 def _rigid(rigid_modes: int | None, n: int) -> int | None:
     """Return a number of rigid-body modes, None where it is to be found."""
-    if rigid_modes is None:
-        return None
+    return None if rigid_modes is None else _count("rigid_modes", rigid_modes, 0, n)
+
+
+def _count(name: str, value: Any, least: int, n: int) -> int:
+    """Return a number of modes, of n at the most."""
     try:
-        count = index(rigid_modes)
+        count = index(value)
     except TypeError:
-        message = f"rigid_modes is {rigid_modes!r}, but a whole number is needed"
+        message = f"{name} is {value!r}, but a whole number is needed"
         raise TypeError(message) from None
-    if not 0 <= count <= n:
-        message = f"rigid_modes is {count}, but it must lie in 0 to {n}, the number of unknowns with mass"
+    if not least <= count <= n:
+        message = f"{name} is {count}, but it must lie in {least} to {n}, the number of unknowns with mass"
         raise ValueError(message)
     return count
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact.results import boundary, html, labelled
+from vibroimpact import _core
+from vibroimpact.results import html, labelled
 from vibroimpact.results.attractors import Attractor, Attractors, check_all
 from vibroimpact.results.boundary import Fit
 from vibroimpact.results.record import Record, array
@@ -62,18 +63,21 @@ class Basins(Record):
         The first is the mean over all boxes of ``-sum p ln p``, p the parts of a box that lead to each attractor, or are lost;
         the second the mean over boxes with more than one. Beyond ``ln 2`` the boundary is fractal.
         """
-        return boundary.entropy(self.labels, cells)
+        if isinstance(cells, bool) or not isinstance(cells, (int, np.integer)):
+            message = f"cells is {cells!r}, but it must be at least 1 and at most {min(self.labels.shape)}, the shorter side"
+            raise ValueError(message)
+        return _core._basin_entropy(self.labels, int(cells))
 
     def boundary_dimension(self) -> Fit:
         """Return the dimension of the boundary: boxes of each size that hold more than one basin are counted."""
-        return boundary.dimension(self.labels)
+        return Fit(**_core._boundary_dimension(self.labels))
 
     def uncertainty_exponent(self) -> Fit:
         """Return the exponent by which states become certain: those with another label at a distance are counted, over distances.
 
         The dimension of the boundary is that of the plane, 2, less the exponent.
         """
-        return boundary.uncertainty(self.labels)
+        return Fit(**_core._uncertainty_exponent(self.labels))
 
     def _labelled(self) -> labelled.Parts:
         variables, coordinates, attributes = super()._labelled()

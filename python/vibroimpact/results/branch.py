@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
 from vibroimpact._validation import finite, shown
-from vibroimpact.errors import ConvergenceError
 from vibroimpact.results import html, labelled
 from vibroimpact.results.diagram import Pattern
 from vibroimpact.results.record import ItemsRecord, array, items
@@ -21,34 +19,6 @@ from vibroimpact.results.special import Special
 
 #: Why a branch ends.
 REASONS = ("range", "closed", "points", "step", "boundary", "doubling", "domain", "interrupted", "start")
-
-#: Points of a way from a point of a branch to a value beside it: of one that begins at a boundary there may be many.
-_MOST_STEPS = (100, 10_000)
-
-
-class _Node(NamedTuple):
-    """A point of a branch, or a fold between two of them."""
-
-    arclength: float
-    parameter: float
-    orbit: Orbit
-    turns: bool  # from it the number goes the same way on both sides
-
-
-class Followed(NamedTuple):
-    """What the core returns of a branch that it followed."""
-
-    orbits: list[Orbit]
-    parameter: NDArray[np.float64]
-    arclength: NDArray[np.float64]
-    is_admissible: NDArray[np.bool_]
-    is_stable: NDArray[np.bool_]
-    n_unstable: NDArray[np.int64]
-    multipliers: NDArray[np.complex128]
-    special: list[tuple[Any, ...]]
-    ends: list[tuple[str, str]]
-    is_closed: bool
-    raised: BaseException | None
 
 
 def check_ends(ends: Sequence[tuple[str, str]]) -> None:
@@ -178,54 +148,16 @@ class Branch(ItemsRecord[Orbit]):
             A value to which the branch is not followed from the points beside it.
         """
         value = finite("value", value)
-        nodes = self._nodes()
-        found = [nodes[0].orbit] if nodes[0].parameter == value else []
-        for here, there in itertools.pairwise(nodes):
-            if there.parameter == value:
-                found.append(there.orbit)
-            elif min(here.parameter, there.parameter) < value < max(here.parameter, there.parameter):
-                found.append(self._between((here, there), value))
-        return found
-
-    def _nodes(self) -> list[_Node]:
-        """Return the points, and the folds between them: from one of these to the next the number goes one way."""
-        ends = {k for k, (reason, _) in zip((0, len(self) - 1), self.ends, strict=True) if reason == "doubling"}
-        points = enumerate(zip(self.arclength, self.parameter, self.orbits, strict=True))
-        nodes = [_Node(float(along), float(value), orbit, k in ends) for k, (along, value, orbit) in points]
-        folds = [own for own in self.special if own.kind == "fold"]
-        nodes += [_Node(own.arclength, own.parameter, own.orbit, True) for own in folds]
-        return sorted(nodes, key=lambda node: node.arclength)
-
-    def _between(self, ends: tuple[_Node, _Node], value: float) -> Orbit:
-        """Return the orbit at a value between two nodes, from one of them, that is no fold if there is one."""
         make = getattr(self, "_make", None)
         if self.parameter_name is None and make is None:
-            message = f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
-            raise ValueError(message)
-        is_factor = self.parameter_name in ("forcing_scale", "damping_scale")
-
-        def order(node: _Node) -> tuple[bool, float]:
-            # Of factors none counts from zero.
-            return is_factor and node.parameter == 0.0, abs(node.parameter - value)
-
-        # From the nearer one in few steps; where that is a boundary many may be needed, and the other may be better.
-        nodes = sorted([node for node in ends if not node.turns] or ends, key=order)
-        reached: list[tuple[float, str]] = []
-        for most, node in itertools.product(_MOST_STEPS, nodes):
-            start, up = node.parameter, value > node.parameter
-            way = ("up" if up else "down", most, (1e-12, 0.1, 0.5), True, None, False)
-            between = (min(start, value), max(start, value))
-            part = Followed(*_core._continuation(node.orbit, self.parameter_name, make, start, between, *way))
-            last = -1 if up else 0
-            if part.raised is not None:
-                raise part.raised
-            if part.parameter[last] == value:
-                return part.orbits[last]
-            reached.append((float(part.parameter[last]), part.ends[last][1]))
-        far, why = min(reached, key=lambda own: abs(own[0] - value))
-        beside = " and ".join(f"{end.parameter:.10g}" for end in ends)
-        message = f"the branch was not followed to {value:.10g} between its points at {beside}"
-        raise ConvergenceError(f"{message}: it came to {far:.10g} ({why})")
+            found = [orbit for orbit, own in zip(self.orbits, self.parameter, strict=True) if own == value]
+            if not found:
+                message = (
+                    f"value is {value}, but it must be that of a point: the callable that made the branch was not saved with it"
+                )
+                raise ValueError(message)
+            return found
+        return _core._orbits_at(self, make, value)
 
     def _derived(self) -> dict[str, tuple[tuple[str, ...], NDArray[Any]]]:
         """Return the arrays beside the fields, with their dimensions: verdicts, impacts and monitors."""

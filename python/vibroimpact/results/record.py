@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import itertools
 import os
 import sys
 import types
@@ -16,7 +17,7 @@ import typing
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, ClassVar, Never, TypeVar, dataclass_transform, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Never, Self, TypeVar, dataclass_transform, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,6 +209,16 @@ class Record:
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the result, for ``numpy.savez``."""
         return {name: content for name, _, content in self._arrays()}
+
+    @classmethod
+    def joined(cls, parts: Sequence[dict[str, Any]], **rest: Any) -> Self:
+        """Return the result of pieces, whose arrays and tuples follow each other, and of the fields that they share."""
+        for name, own in cls._fields.items():
+            if name not in rest:
+                each = [part[name] for part in parts]
+                dtype = np.str_ if own.kind == "U" else None
+                rest[name] = tuple(itertools.chain(*each)) if own.kind is None else np.concatenate(each, dtype=dtype)
+        return cls(**rest)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments, which are looked at again."""

@@ -10,27 +10,14 @@ from numpy.typing import NDArray
 
 from vibroimpact import _core
 from vibroimpact._core import Orbit, Scene
+from vibroimpact._validation import shown
 from vibroimpact.results.attractors import Attractor
 from vibroimpact.results.diagram import Pattern
 from vibroimpact.results.labelled import Parts
 from vibroimpact.results.record import Record, array
 
 #: What happens at a special point.
-KINDS = (
-    "fold",
-    "period_doubling",
-    "torus",
-    "pitchfork",
-    "branch_point",
-    "graze",
-    "lost_impact",
-    "corner",
-    "chatter_border",
-    "landing_border",
-    "rise",
-    "release_border",
-    "vanishing_impacts",
-)
+KINDS: tuple[str, ...] = _core._SPECIAL_KINDS
 
 #: The kinds that are boundaries.
 BOUNDARIES = KINDS[KINDS.index("graze") :]
@@ -196,12 +183,10 @@ class Special(Record):
 
     @classmethod
     def _of(
-        cls, own: tuple[Any, ...], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
+        cls, own: dict[str, Any], name: str | None, between: tuple[float, float], make: Callable[[float], Scene] | None
     ) -> Special:
         """Return one of what the core found, which knows the callable that made its branch."""
-        kind, value, error, arclength, orbit, stop, time, rotation, direction = own
-        data = {} if rotation is None else {"rotation_number": rotation}
-        special = cls(kind, value, error, arclength, orbit, stop, time, data, np.array(direction), name, between)
+        special = cls(parameter_name=name, between=between, **own)
         # Not a part of the result: functions are not saved.
         special._set("_make", make)
         return special
@@ -213,10 +198,6 @@ class Special(Record):
             message = f"special is {self!r}, but the callable that made its branch was not saved with it"
             raise ValueError(message)
         return make
-
-    def _given(self) -> tuple[str, float, int | None, float | None, list[float]]:
-        """Return what the core takes of a special point besides its orbit."""
-        return (self.kind, self.parameter, self.stop, self.time, self.direction.tolist())
 
     def branches(self) -> list[Candidate]:
         """Return the branches that meet this one at the point, an orbit of each near it, for ``continuation``.
@@ -261,8 +242,7 @@ class Special(Record):
         >>> vi.continuation(doubled, "forcing_scale", (0.7, 1.5)).special[0].kind
         'period_doubling'
         """
-        found = _core._branches(self._given(), self.orbit, self.parameter_name, self._made_by(), self.between)
-        return [Candidate(orbit, value, 1 if is_above else -1) for orbit, value, is_above in found]
+        return [Candidate(**own) for own in _core._branches(self, self._made_by())]
 
     def accumulation(self, *, progress: bool = False) -> Special | None:
         """Return the border of a chatter towards which grazes accumulate of which this is one.
@@ -310,7 +290,7 @@ class Special(Record):
         >>> border.kind, border.error < 1e-6
         ('chatter_border', True)
         """
-        found = _core._accumulation(self._given(), self.orbit, self.parameter_name, self._made_by(), self.between, progress)
+        found = _core._accumulation(self, self._made_by(), progress)
         if found is None:
             return None
         return Special._of(found, self.parameter_name, self.between, getattr(self, "_make", None))
@@ -354,11 +334,22 @@ class Special(Record):
         >>> branch.special[0].beyond().outcome
         'continues'
         """
-        return self._look_beyond(delta, periods, rng)
-
-    def _look_beyond(self, delta: float | None, periods: int, rng: int | np.random.Generator) -> Beyond:
-        """Follow the motion; the package puts `analysis.beyond` in here."""
-        raise NotImplementedError
+        if self.kind not in BOUNDARIES:
+            message = f"special is {shown(self)}, but beyond is asked of a boundary: {', '.join(BOUNDARIES)}"
+            raise ValueError(message)
+        if self.parameter_name == "energy":
+            message = f"special is {shown(self)}, of motions that keep their energy: they settle on nothing beyond it"
+            raise ValueError(message)
+        if not isinstance(periods, int) or isinstance(periods, bool) or periods < 1:
+            message = f"periods is {periods!r}, but it must be at least 1"
+            raise ValueError(message)
+        far = None if delta is None else float(_core._numbers("delta", delta))
+        found = _core._beyond(
+            self, self._made_by(), far, periods, lambda count: np.random.default_rng(rng).uniform(-1.0, 1.0, count)
+        )
+        candidates = tuple(Candidate(**own) for own in found.pop("candidates"))
+        attractor = found.pop("attractor")
+        return Beyond(candidates=candidates, attractor=None if attractor is None else Attractor(**attractor), **found)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return its numbers as arrays, for ``numpy.savez``."""

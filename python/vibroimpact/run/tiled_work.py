@@ -16,7 +16,8 @@ from vibroimpact.run.tiles import Tile, tiles
 #: What is found in each cell: the type of each array, and what stands where nothing has been found yet.
 Columns = dict[str, tuple[str, Any]]
 
-Found = tuple[NDArray[Any], ...]
+#: The same of a tile.
+Found = dict[str, NDArray[Any]]
 
 
 def worked_out(
@@ -47,8 +48,8 @@ def worked_out(
     with closing(done):
         for place, found in done:
             tile, chunk = left[place]
-            for array, part in zip(arrays.values(), found, strict=True):
-                array[tile] = part.reshape(array[tile].shape)
+            for name, array in arrays.items():
+                array[tile] = found[name].reshape(array[tile].shape)
             open_tiles[chunk] -= 1
             if store is not None and open_tiles[chunk] == 0:
                 store.write(arrays, chunks[chunk])
