@@ -22,7 +22,7 @@ fn orbit() -> PeriodicOrbit {
     found.expect("a search").into_iter().next().expect("one")
 }
 
-fn of<'a>(value: ObjectiveValue<'a>) -> Objective<'a> {
+fn of(value: ObjectiveValue<'_>) -> Objective<'_> {
     Objective {
         make: &make,
         value,
