@@ -41,7 +41,7 @@ pub enum Error {
     },
     /// A branch that does not reach a value of its number between two of its points.
     #[error("the branch was not followed to {value} between its points at {} and {}: it came to {reached} ({reason})", beside[0], beside[1])]
-    NotFollowed {
+    NotReached {
         /// The value.
         value: f64,
         /// The values at the points on both sides, shape `(2,)`, \[unit of the number\].

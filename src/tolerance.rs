@@ -1011,7 +1011,7 @@ pub(crate) const PERIODS_LOST: usize = 10;
 // --- Beyond a boundary of a branch, by simulations (theory 19, "Grazing").
 
 /// How far beyond a boundary a motion is looked for, in parts of the range \[-\].
-pub(crate) const LOOKED_BEYOND: f64 = 1e-3;
+pub(crate) const SIMULATED_DISTANCE: f64 = 1e-3;
 /// By how much a motion beyond a boundary is kicked off the last orbit, in parts of its sizes \[-\]: far above rounding, and far below what
 /// a motion differs by that does not come back.
 pub(crate) const KICK_SIZE: f64 = 1e-6;

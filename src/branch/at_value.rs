@@ -66,7 +66,7 @@ impl Branch {
     /// followed to the value from the point beside it.
     ///
     /// # Errors
-    /// A value that is not finite; what makes scenes says; `Error::NotFollowed` of a value to which the branch is not followed from the
+    /// A value that is not finite; what makes scenes says; `Error::NotReached` of a value to which the branch is not followed from the
     /// points beside it.
     ///
     /// # Examples
@@ -169,7 +169,7 @@ pub(super) fn orbit_between<'a>(
         }
     }
     let (reached, reason) = nearest.unwrap_or((f64::NAN, String::new()));
-    Err(Error::NotFollowed {
+    Err(Error::NotReached {
         value,
         beside: ends.map(|node| node.parameter),
         reached,

@@ -10,7 +10,7 @@ use crate::branch::simulations_beyond::{KickFn, KickedMotion, NearingMotions, or
 use crate::branch::special::Special;
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
-use crate::tolerance::{KICK_SIZE, KICKED_BOX, LOOKED_BEYOND};
+use crate::tolerance::{KICK_SIZE, KICKED_BOX, SIMULATED_DISTANCE};
 use nalgebra::DMatrix;
 
 /// Periods after which a motion that has not settled is told by its exponents, at least. [work]
@@ -47,7 +47,7 @@ pub fn beyond(
             "they settle on nothing beyond it",
         ));
     }
-    let delta = options.delta.unwrap_or(LOOKED_BEYOND * (high - low));
+    let delta = options.delta.unwrap_or(SIMULATED_DISTANCE * (high - low));
     if !(delta.is_finite() && delta > 0.0) {
         return Err(Error::bad_value("delta", delta, "it must be above 0"));
     }

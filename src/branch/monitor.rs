@@ -122,7 +122,7 @@ fn zero(
         let parameter = between(part, |node| node.parameter);
         let orbit = match orbit_between(ends, over, parameter) {
             Ok(orbit) => orbit.into_owned(),
-            Err(Error::NotFollowed { .. }) => return Ok(None),
+            Err(Error::NotReached { .. }) => return Ok(None),
             Err(error) => return Err(error),
         };
         let value = measure(&orbit)?;

@@ -9,7 +9,7 @@ use crate::python::model::PyScene;
 use crate::python::options::{Engine, Options};
 use crate::python::orbit::PyOrbit;
 use crate::python::pattern::pattern;
-use crate::python::record::{Field, field, fields};
+use crate::python::record::{Field, field, fields, objects};
 use crate::python::{argument, interrupt};
 use crate::sweep::SweepOptions;
 use pyo3::prelude::*;
@@ -80,6 +80,7 @@ field!(SeedOutcome => |own, py| match own {
     Self::Attractor(own) => own.field(py)?,
 });
 
+field!(Vec<Attractor> => |own, py| objects(py, own)?);
 field!(Attractor => |own, py| fields!(py, own => kind orbit n_periods points exponents pattern reason fraction));
 
 /// An attractor as Python hands it back.

@@ -7,7 +7,7 @@ use crate::python::interrupt;
 use crate::python::made::made;
 use crate::python::options::Options;
 use crate::python::orbit::PyOrbit;
-use crate::python::record::{field, fields};
+use crate::python::record::{field, fields, objects};
 use crate::python::special::GivenSpecial;
 use crate::python::varied::{Varied, varied};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -94,4 +94,5 @@ pub(crate) fn _bifurcation_curve<'py>(
     Ok(fields!(py, found => orbits x y arclength is_virtual special ends))
 }
 
+field!(Vec<CurvePoint> => |own, py| objects(py, own)?);
 field!(CurvePoint => |own, py| fields!(py, own => kind error arclength orbit; parameter: own.parameters));

@@ -23,7 +23,7 @@ impl From<Error> for PyErr {
             Error::BadValue { .. } | Error::BadShape { .. } => {
                 PyValueError::new_err(error.to_string())
             }
-            Error::NoConvergence { .. } | Error::NotFollowed { .. } => {
+            Error::NoConvergence { .. } | Error::NotReached { .. } => {
                 ConvergenceError::new_err(error.to_string())
             }
             Error::OutOfMemory { .. } => PyMemoryError::new_err(error.to_string()),

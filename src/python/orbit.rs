@@ -9,6 +9,7 @@ use crate::python::model::{PyScene, normal};
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
 use crate::python::outputs::{derivative, out_values, side, window};
 use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
+use crate::python::record::{field, objects};
 use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
 use crate::python::run_facts::PyEnergy;
 use crate::python::text::{fixed_complex, html, list};
@@ -26,6 +27,9 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 /// Where stops are held and let go that is the first impact that follows a release.
 #[pyclass(name = "Orbit", module = "vibroimpact", frozen)]
 pub(crate) struct PyOrbit(pub PeriodicOrbit);
+
+field!(PeriodicOrbit => |own, py| Bound::new(py, PyOrbit(own))?);
+field!(Vec<PeriodicOrbit> => |own, py| objects(py, own)?);
 
 impl PyOrbit {
     /// The orbit, judged: searched for violations on the first call, which may be long.

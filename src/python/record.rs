@@ -1,12 +1,11 @@
 //! Results on their way to Python: their fields by the names that `results/record.py` declares, in a dict.
 
-use crate::attractor::{Attractor, AttractorKind};
-use crate::branch::{BeyondOutcome, BranchEnd, Candidate, CurvePoint, Special, SpecialKind};
+use crate::attractor::AttractorKind;
+use crate::branch::{BeyondOutcome, BranchEnd, SpecialKind};
 use crate::continuation::EndReason;
 use crate::exponents::Attraction;
-use crate::orbit::{Pattern, PeriodicOrbit};
+use crate::orbit::Pattern;
 use crate::python::array::{out_complex, out_matrix, out_vector};
-use crate::python::orbit::PyOrbit;
 use crate::python::pattern::out_pattern;
 use crate::simulate::Status;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -45,7 +44,11 @@ macro_rules! fields {
 }
 pub(crate) use fields;
 
-fn list<'py, T: Field<'py>>(py: Python<'py>, each: Vec<T>) -> PyResult<Bound<'py, PyList>> {
+/// A list, of which a result makes a tuple.
+pub(crate) fn objects<'py, T: Field<'py>>(
+    py: Python<'py>,
+    each: Vec<T>,
+) -> PyResult<Bound<'py, PyList>> {
     let each = each.into_iter().map(|own| own.field(py));
     PyList::new(py, each.collect::<PyResult<Vec<_>>>()?)
 }
@@ -58,8 +61,7 @@ field!(bool, f64, i64, usize, u32, String, &str, [f64; 2], Vec<String>, PyErr =>
 field!(Vec<f64>, Vec<bool>, Vec<u32>, Vec<i64>, Vec<i32>, Vec<i16> => |own, py| own.into_pyarray(py));
 // Names that stand for a choice.
 field!(AttractorKind, Attraction, BeyondOutcome, EndReason, SpecialKind, Status => |own, py| own.name().field(py)?);
-field!(Vec<Attractor>, Vec<Candidate>, Vec<CurvePoint>, Vec<Pattern>, Vec<PeriodicOrbit>, Vec<Special>, Vec<Status>
-    => |own, py| list(py, own)?);
+field!(Vec<Pattern>, Vec<Status> => |own, py| objects(py, own)?);
 field!(Vec<usize> => |own, py| own.into_iter().map(integer).collect::<Vec<_>>().field(py)?);
 // Stops, or how many there are, -1 where there is none; verdicts, false where nothing is decided.
 field!(Vec<Option<usize>> => |own, py| own.into_iter().map(|own| own.map_or(-1, integer)).collect::<Vec<_>>().field(py)?);
@@ -70,7 +72,6 @@ field!(&DVector<f64> => |own, py| out_vector(py, own));
 field!(&DVector<Complex<f64>> => |own, py| out_complex(py, own));
 field!(DMatrix<f64>, DMatrix<Complex<f64>> => |own, py| out_matrix(py, &own)?);
 field!(&DMatrix<f64> => |own, py| out_matrix(py, own)?);
-field!(PeriodicOrbit => |own, py| Bound::new(py, PyOrbit(own))?);
 field!(Pattern => |own, py| out_pattern(py, &own)?);
 field!([BranchEnd; 2] => |own, py| own.map(|end| (end.reason.name(), end.detail)).into_pyobject(py)?);
 field!(Bound<'py, PyAny>, Bound<'py, PyDict>, Bound<'py, PyList> => |own, _py| own);

@@ -6,7 +6,7 @@ use crate::branch::{
 use crate::error::{Error, Result};
 use crate::python::made::raised_or;
 use crate::python::orbit::PyOrbit;
-use crate::python::record::{Field, field, fields};
+use crate::python::record::{Field, field, fields, objects};
 use crate::python::varied::{Varied, varied};
 use crate::python::{argument, interrupt};
 use pyo3::prelude::*;
@@ -129,6 +129,8 @@ pub(crate) fn _beyond(
     });
     found?.field(py)
 }
+
+field!(Vec<Special>, Vec<Candidate> => |own, py| objects(py, own)?);
 
 field!(Special => |own, py| {
     let data = PyDict::new(py);
