@@ -5,9 +5,10 @@ lines and comments. Circles of imports, and those that point upwards, are what `
 
 Files that name a state of a contact element
     Files outside ``law/`` and ``hybrid/`` whose code has the word ``held`` (alone, or as a part of a name in snake case) or
-    ``ContactMode``, a variant of ``ElementState``, ``GuardKind``, ``Transition``, ``SegmentKind`` or ``Arrival``, or a question that
+    ``ContactMode``, a variant of ``ElementState``, ``GuardKind``, ``Transition`` or ``SegmentKind``, or a question that
     is about one of them (``holds``, ``constrained``, ``is_release`` ...): a state of a contact, a kind of guard, of transition or of
-    what follows it. A new law of contact has to be looked for in each. Each stands with its words.
+    what follows it. A new law of contact has to be looked for in each. Each stands with its words. Not about any of them are ``is_free``
+    and ``leaves_free``, as all laws have that state, and ``Arrival``, which has the guard that fell through zero and not its kind.
 Loops that bracket or halve outside the root finder
     Functions, in other files than those of the root finder (``ROOT_FINDERS``), that have a ``for``, ``while`` or ``loop``, and
     from there on one of: the middle of two numbers, ``0.5 * (a + b)`` or ``midpoint``; a length that is halved, ``x *= 0.5``; the
@@ -36,8 +37,8 @@ FUNCTION = re.compile(r"\bfn (\w+)(?:<[^()]*>)?\(")
 MACRO = re.compile(r"macro_rules! (with_\w+)")
 INDENTED_FUNCTION = re.compile(r"^( *)(?:pub(?:\([a-z ]+\))? )?(?:const |unsafe )*fn (\w+).*?^\1\}", re.MULTILINE | re.DOTALL)
 CONTACT_STATE = re.compile(
-    r"(?<![a-zA-Z])held(?![a-z])|\bContactMode\b|\b(?:SegmentKind|Arrival|ElementState|GuardKind|Transition)::|\bGuard::(?:gap|force)\b"
-    r"|\.(?:holds|holding|holding_instead|leaves_free|constrained|is_strike|is_release|is_chatter|is_stick|struck|is_rigid)\("
+    r"(?<![a-zA-Z])held(?![a-z])|\bContactMode\b|\b(?:SegmentKind|ElementState|GuardKind|Transition)::(?=[A-Z])|\bGuard::(?:gap|force)\b"
+    r"|\.(?:holds|holding|holding_instead|constrained|is_strike|is_release|is_chatter|is_stick|struck|is_rigid)\("
 )
 LAWS = ("law", "hybrid")
 LOOP = re.compile(r"\b(?:for|while|loop)\b[^;]*\{")

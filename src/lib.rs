@@ -5,7 +5,8 @@
 //! Each folder uses those before it in this list, never those after: `tolerance`: every threshold; `error`, `quantity`, `linalg`,
 //! `observer`: whether a long computation goes on; `law`: the laws of contact; [`model`]: what is analysed; [`modal`]: the modal transformation; [`impact`]: the laws of one instant; `flow`: smooth
 //! motion, in closed form, along series, in steps; `event`: where the next root of a guard is; `hybrid`: how a scene with stops
-//! moves from event to event, in closed form or integrated; `path`: motions that are kept; `recurrence`: which states, cycles and sets are one; [`simulate`](mod@simulate): trajectories; [`orbit`]: periodic orbits; `continuation`: curves of zeros; [`section`]: a
+//! moves from event to event, in closed form or integrated; `path`: motions that are kept; `recurrence`: which states, cycles and sets are one; [`simulate`](mod@simulate): trajectories; `itinerary`: what happens along a motion, as one list of
+//! instants and arcs; [`orbit`]: periodic orbits; `continuation`: curves of zeros; [`section`]: a
 //! motion looked at once in a while; [`exponents`]: how fast deviations grow; [`sweep`]: maps, ensembles, diagrams; [`attractor`]: what motions settle on; [`basin`]: from where; [`branch`]: orbits over a number of
 //! their scene; [`derivative`]: how they change with its numbers. nalgebra is part of the public interface and re-exported. Formulas, with conditions and sources, are in
 //! `docs/theory.md`: "theory 5" in a comment is its section 5; the words in `docs/glossary.md`; which files a new system, stop, excitation or
@@ -23,6 +24,7 @@ pub mod exponents;
 mod flow;
 mod hybrid;
 pub mod impact;
+mod itinerary;
 mod law;
 mod linalg;
 pub mod modal;

@@ -7,7 +7,6 @@
 
 use crate::attractor::finding::{AttractorSearch, owned};
 use crate::error::Result;
-use crate::hybrid::SegmentKind;
 use crate::model::PhysicalState;
 use crate::simulate::{ImpactSide, Keep, Status, Trajectory};
 use crate::tolerance::SAME_STATE;
@@ -72,7 +71,7 @@ fn releases(run: &Trajectory) -> Result<Vec<StickEnd>> {
     let phase = run.forcing_phase();
     let mut all = Vec::new();
     for part in run.stretches()? {
-        if part.kind != SegmentKind::Stick || part.end >= end {
+        if part.lasting().n_lost_directions() == 0 || part.end >= end {
             continue;
         }
         let (q, v) = run.state(part.end, ImpactSide::After)?;

@@ -5,8 +5,7 @@ use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::continuation::bisected;
 use crate::error::Result;
-use crate::law::Transition;
-use crate::orbit::with_shooting;
+use crate::orbit::with_maps;
 use crate::tolerance::{
     EXTRAPOLATION_ERROR, KNOWN_IMPACT_SPEED, KNOWN_STICK, VANISHING_IMPACT_SPEED,
     VANISHING_IMPACT_STICK,
@@ -51,13 +50,13 @@ pub(super) fn border(
     points: &[AcceptedPoint],
     instant: usize,
 ) -> Result<Option<(f64, f64)>> {
-    let stage = &problem.signature.stages[instant];
-    let (Transition::Chatter(stop), Some(last)) = (&stage.transition, points.last()) else {
+    let accumulation = problem.signature.stages.accumulation(instant);
+    let (Some(stop), Some(last)) = (accumulation, points.last()) else {
         return Ok(None);
     };
     let scene = problem.scene(last.place.value)?;
-    let restitution = with_shooting(&scene, &problem.signature, |shooting, _| {
-        Ok(shooting.motion.law(*stop).restitution)
+    let restitution = with_maps(&scene, &problem.signature, |motion| {
+        Ok(motion.law(stop).restitution)
     })?;
     let inverse = CriticalBounces::of(restitution).power.recip();
     let stick = |point: &AcceptedPoint| {
@@ -84,10 +83,10 @@ pub(super) fn vanishing(
     let last = points.last()?;
     let state = &last.place.state;
     let whole = state.times[state.states.len()] - state.times[0];
-    let stages = problem.signature.stages.iter().enumerate();
-    let chatters = stages.filter(|(_, stage)| matches!(stage.transition, Transition::Chatter(_)));
+    let stages = &problem.signature.stages;
+    let chatters = (0..stages.len()).filter(|&k| stages.accumulation(k).is_some());
     let stick = |k: usize| (state.times[k + 1] - state.starts[k]) / whole;
-    let shortest = chatters.map(|(k, _)| stick(k)).reduce(f64::min)?;
+    let shortest = chatters.map(stick).reduce(f64::min)?;
     let slower = points.iter().rev().map(fastest).take(2);
     if !(shortest > VANISHING_IMPACT_STICK
         && fastest(last) <= VANISHING_IMPACT_SPEED

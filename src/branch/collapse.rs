@@ -7,7 +7,6 @@ use crate::branch::reduced_motion::{self, LocatedBorder};
 use crate::branch::special::{Special, SpecialKind, of_meeting};
 use crate::continuation::{BranchEnd, EndReason};
 use crate::error::{Result, digits};
-use crate::law::Transition;
 use crate::tolerance::{BORDER_REACH, BRANCH_AT_REST, VANISHING_DURATION};
 
 /// The boundary at which an instant coincides with the next one, if one is given, or at which a short flight has no duration left, if it is
@@ -97,10 +96,7 @@ fn at_release(problem: &BranchProblem<'_>, last: &AcceptedPoint) -> Result<Optio
     let state = &last.place.state;
     let whole = state.times[state.states.len()] - state.times[0];
     let flight = problem.short_flight(&last.place).filter(|&k| {
-        let is_release = matches!(
-            problem.signature.stages[k].transition,
-            Transition::Release(_)
-        );
+        let is_release = problem.signature.stages.departure(k).is_some();
         is_release && state.times[k + 1] - state.starts[k] < VANISHING_DURATION * whole
     });
     let none: (&AcceptedPoint, &[AcceptedPoint]) = (last, &[]);

@@ -4,20 +4,21 @@
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{ShootingNode, period, turned};
+use crate::branch::shooting_nodes::period;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::test_functions::TestFunctionValues;
 use crate::branch::zero_problem::CorrectedPoint;
 use crate::continuation::{ScaledDirection, attempted, corrected};
 use crate::error::Result;
+use crate::hybrid::carried;
+use crate::itinerary::{Instant, turned};
 use crate::law::Regime;
 use crate::linalg::rank;
-use crate::orbit::with_shooting;
+use crate::orbit::with_maps;
 use crate::tolerance::{
     DOUBLING_END_REACH, DOUBLING_LAST_STEP, DOUBLING_SECANT_STEP, DOUBLING_STEP_ROUNDING,
     SAME_ROUND,
 };
-use nalgebra::DMatrix;
 
 /// Secants of the search for the doubling. `[work]`
 const MOST_DOUBLING_SECANTS: usize = 20;
@@ -30,7 +31,7 @@ pub(super) struct DoublingEnd {
 
 /// The two rounds of a loop: its instants begun with the second round, and the chord from the loop to itself half a period later.
 struct Rounds {
-    second: Vec<ShootingNode>,
+    second: Vec<Instant>,
     apart: BranchDirection,
 }
 
@@ -105,12 +106,12 @@ impl BranchProblem<'_> {
         }
         let whole = period(&place.state);
         let instants = self.instants(&place.state);
-        let second: Vec<ShootingNode> = if self.is_empty() {
+        let second: Vec<Instant> = if self.is_empty() {
             vec![self.half_period_later(place, instants[0].clone())?]
         } else {
             turned(instants, own, whole)
         };
-        let second: Vec<ShootingNode> = second
+        let second: Vec<Instant> = second
             .into_iter()
             .map(|own| own.later(-0.5 * whole))
             .collect();
@@ -126,20 +127,14 @@ impl BranchProblem<'_> {
     }
 
     /// The instant half a period after the only one of a loop in which nothing happens.
-    fn half_period_later(
-        &self,
-        place: &ParametricLoop,
-        instant: ShootingNode,
-    ) -> Result<ShootingNode> {
+    fn half_period_later(&self, place: &ParametricLoop, instant: Instant) -> Result<Instant> {
         let scene = self.scene(place.value)?;
         let half = 0.5 * period(&place.state);
-        let mut state = instant.state.clone();
         let span = (instant.start, instant.start + half);
-        with_shooting(&scene, &self.signature, |shooting, _| {
-            let none = &mut DMatrix::zeros(state.len(), 0);
-            shooting.motion.flow(Regime::free(), span, &mut state, none)
+        let state = with_maps(&scene, &self.signature, |motion| {
+            carried(motion, Regime::free(), span, &instant.state)
         })?;
-        Ok(ShootingNode { state, ..instant }.later(half))
+        Ok(Instant { state, ..instant }.later(half))
     }
 }
 
@@ -147,12 +142,12 @@ impl BranchProblem<'_> {
 /// the error of the parameter.
 fn doubling_near<'a>(
     problem: &BranchProblem<'a>,
-    (place, second): (&ParametricLoop, Vec<ShootingNode>),
+    (place, second): (&ParametricLoop, Vec<Instant>),
     reach: f64,
 ) -> Result<Option<(BranchProblem<'a>, CorrectedPoint, f64)>> {
     let count = problem.signature.stages.len().div_ceil(2);
     let rounds = problem.instants(&place.state).into_iter().zip(second);
-    let mean = rounds.take(count).map(|(a, b)| ShootingNode {
+    let mean = rounds.take(count).map(|(a, b)| Instant {
         time: 0.5 * (a.time + b.time),
         start: 0.5 * (a.start + b.start),
         state: (a.state + b.state) * 0.5,

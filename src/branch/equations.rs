@@ -6,7 +6,6 @@ use crate::branch::problem::{BranchProblem, check_same, stretched};
 use crate::continuation::bordered;
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
-use crate::law::Stage;
 use crate::linalg::determinant::{Determinant, signed_volume};
 use crate::linalg::rank;
 use crate::model::Scene;
@@ -155,9 +154,8 @@ impl BranchProblem<'_> {
         let count = state.states.len();
         self.shooting_at(place, |shooting, _, units| {
             let ends = shooting.flight_ends(state, units)?;
-            let stages = self.signature.stages.iter().enumerate();
-            let speed = |(instant, stage): (usize, &Stage)| {
-                let &[stop, ..] = stage.transition.struck() else {
+            let speed = |instant: usize| {
+                let Some(stop) = self.signature.stages.impact(instant) else {
                     return Ok(f64::NAN);
                 };
                 let flight = (instant + count - 1) % count;
@@ -166,7 +164,7 @@ impl BranchProblem<'_> {
                 let at = shooting.motion.gap(stop, state.times[flight + 1], before)?;
                 Ok(-at.speed(before.rows(n, n)))
             };
-            stages.map(speed).collect()
+            (0..count).map(speed).collect()
         })
     }
 
@@ -182,11 +180,11 @@ impl BranchProblem<'_> {
     /// The acceleration with which the gap opens after an instant if the stop that is hit there lets the motion go.
     pub fn opening(&self, place: &ParametricLoop, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
-        let stage = &self.signature.stages[instant];
-        let &[stop, ..] = stage.transition.struck() else {
+        let stages = &self.signature.stages;
+        let Some(stop) = stages.impact(instant) else {
             return Ok(f64::NAN);
         };
-        let others = stage.regime.without(stop);
+        let others = stages[instant].regime.without(stop);
         self.shooting_at(place, |shooting, _, _| {
             let rate = shooting.motion.rate(&others, t, state)?;
             shooting.motion.gap_acceleration(stop, t, state, &rate)

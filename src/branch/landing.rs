@@ -3,13 +3,13 @@
 
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{ShootingNode, rebuilt};
+use crate::branch::shooting_nodes::rebuilt;
 use crate::error::Result;
-use crate::hybrid::held_through;
-use crate::law::{ElementState, Stage, Transition};
-use crate::orbit::with_shooting;
+use crate::hybrid::{ImpactOutcome, carried, impact_outcome, reset};
+use crate::itinerary::Instant;
+use crate::law::{ElementState, Stage};
+use crate::orbit::with_maps;
 use crate::tolerance::LANDING_RATE_STEP;
-use nalgebra::DMatrix;
 
 /// A loop in which a stop that was left after an impact near a time is held until its force is zero, or one that was held is left until it
 /// is landed on again. None where its acceleration asks for neither, or the landing throws the motion off another stop.
@@ -34,20 +34,12 @@ pub(super) fn with_landing_change<'a>(
         (held.clone(), without.clone())
     };
     instants[k].stage.regime.clone_from(&begins);
-    let mut signature = problem.signature.clone();
-    signature.stages[k].regime.clone_from(&begins);
-    signature.stages.push(Stage {
-        transition: Transition::Release(stop),
-        regime: goes_on.clone(),
-    });
+    let signature = problem.signature.clone().beside(&begins).beside(&goes_on);
     let scene = problem.scene(place.value)?;
-    let found = with_shooting(&scene, &signature, |shooting, _| {
-        let motion = shooting.motion;
+    let found = with_maps(&scene, &signature, |motion| {
         // The acceleration with which the stop would be left after it was held until a time.
         let pull = |t: f64| -> Result<f64> {
-            let mut x = own.state.clone();
-            let none = &mut DMatrix::zeros(x.len(), 0);
-            motion.flow(&held, (own.time, t), &mut x, none)?;
+            let x = carried(motion, &held, (own.time, t), &own.state)?;
             let rate = motion.rate(&without, t, &x)?;
             motion.gap_acceleration(stop, t, &x, &rate)
         };
@@ -65,27 +57,25 @@ pub(super) fn with_landing_change<'a>(
             return Ok(None);
         }
         let until = own.time + length;
-        let mut x = own.state.clone();
-        let none = &mut DMatrix::zeros(x.len(), 0);
-        motion.flow(&begins, (own.time, until), &mut x, none)?;
-        let transition = if was_held {
-            let law = held_through(motion, (stop, &begins), until, &x)?;
-            if !law.thrown.is_empty() {
+        let x = carried(motion, &begins, (own.time, until), &own.state)?;
+        let stage = if was_held {
+            let ImpactOutcome { transition, thrown } =
+                impact_outcome(motion, (stop, &begins), until, &x)?;
+            if !thrown.is_empty() {
                 return Ok(None);
             }
-            motion.impact(&law.struck, until, &mut x, none)?;
-            Transition::Strike(law.struck)
-        } else {
-            Transition::Release(stop)
-        };
-        Ok(Some(ShootingNode {
-            stage: Stage {
+            Stage {
                 transition,
                 regime: goes_on.clone(),
-            },
+            }
+        } else {
+            Stage::departure(stop, goes_on.clone())
+        };
+        Ok(Some(Instant {
+            state: reset(motion, &stage.transition, until, x)?,
+            stage,
             time: until,
             start: until,
-            state: x,
         }))
     })?;
     let Some(new) = found else {

@@ -65,8 +65,8 @@ impl BranchProblem<'_> {
             return Ok(None);
         };
         let modal = ModalScene::of(scene, "continuation")?;
-        let stages = self.signature.stages.as_slice();
-        Ok(Pulses::new(scene, &modal, (stages, period), others).map(Arc::new))
+        let itinerary = &self.signature.stages;
+        Ok(Pulses::new(scene, &modal, (itinerary, period), others).map(Arc::new))
     }
 
     /// The equations of impulses in a scene; an error where these do not determine the motion.

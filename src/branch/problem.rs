@@ -4,11 +4,9 @@
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::error::{Error, Result};
 use crate::hybrid::{ScaledUnits, joined};
-use crate::law::Transition;
+use crate::itinerary::check_landings;
 use crate::model::{Energetics, Scene};
-use crate::orbit::{
-    Guess, PeriodicOrbit, ShootingState, Signature, begun, check_landings, with_phase,
-};
+use crate::orbit::{Guess, PeriodicOrbit, ShootingState, Signature, begun, with_phase};
 use crate::tolerance::{NARROW_RANGE, PARAMETER_SIZE_FLOOR, PARAMETER_STEP};
 use nalgebra::DVector;
 use std::cell::RefCell;
@@ -98,7 +96,7 @@ impl<'a> BranchProblem<'a> {
 
     /// Whether nothing happens along the orbits: a period is one flight.
     pub fn is_empty(&self) -> bool {
-        self.signature.stages[0].transition == Transition::Nothing
+        self.signature.stages.is_uneventful()
     }
 
     /// The scene of a value.

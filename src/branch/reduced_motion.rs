@@ -5,11 +5,11 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::release_onset::release_onset;
-use crate::branch::shooting_nodes::{ShootingNode, as_loop, period, rebuilt, turned};
+use crate::branch::shooting_nodes::{period, rebuilt};
 use crate::branch::simulated::simulated;
 use crate::continuation::corrected;
 use crate::error::Result;
-use crate::law::{Stage, Transition};
+use crate::itinerary::{turned, without_first};
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{
     BEYOND_BOUNDARY_DISTANCE, BORDER_REACH, BORDER_SECANT_STEP, ZERO_PARAMETER_CHANGE,
@@ -24,18 +24,6 @@ pub(super) struct LocatedBorder {
     pub value: f64,
     pub error: f64,
     pub orbit: PeriodicOrbit,
-}
-
-/// How many releases there are, and how many impacts, which are not counted if some accumulate.
-fn n_changes(stages: &[Stage]) -> (usize, usize) {
-    let each = || stages.iter().map(|stage| &stage.transition);
-    let n_releases = each().filter(|own| own.is_release()).count();
-    let n_impacts = if each().any(Transition::is_chatter) {
-        0
-    } else {
-        stages.len() - n_releases
-    };
-    (n_releases, n_impacts)
 }
 
 /// The motion near a loop without the stick or the flight that begins at an instant, and its problem; none where there is no such motion.
@@ -59,41 +47,12 @@ fn without<'a>(
     place: &ParametricLoop,
     instant: usize,
 ) -> Result<Option<(BranchProblem<'a>, ParametricLoop)>> {
-    let mut instants = turned(
-        problem.instants(&place.state),
-        instant,
-        period(&place.state),
-    );
-    let Some(next) = instants.get(1).map(|own| own.stage.clone()) else {
-        return Ok(None);
-    };
-    match (instants[0].stage.transition.clone(), next.transition) {
-        (Transition::Strike(_), Transition::Release(stop)) => {
-            instants[0].stage.regime = instants[0].stage.regime.without(stop);
-            instants.remove(1);
-        }
-        (Transition::Strike(_), Transition::Strike(_)) => {
-            instants[0].stage.regime = next.regime;
-            instants.remove(1);
-        }
-        (Transition::Release(stop), _) => {
-            let is_back = |own: &ShootingNode| own.stage.regime.holds(stop);
-            let Some(back) = instants.iter().position(is_back) else {
-                return Ok(None);
-            };
-            let landed = instants[back].clone();
-            instants.drain(..=back);
-            if instants.is_empty() {
-                // The stop is held for the whole period, from where the motion had come to rest.
-                let mut always = landed;
-                always.time = always.start;
-                always.stage.transition = Transition::Nothing;
-                return as_loop(problem, place, vec![always]);
-            }
-        }
-        _ => return Ok(None),
+    let whole = period(&place.state);
+    let instants = turned(problem.instants(&place.state), instant, whole);
+    match without_first(instants) {
+        Some(instants) => rebuilt(problem, place, instants),
+        None => Ok(None),
     }
-    rebuilt(problem, place, instants)
 }
 
 /// A reduced motion by simulation: near the border, on one side or the other, a round of the motion is simulated and closed; it counts if
@@ -105,7 +64,7 @@ fn reduced_by_simulation<'a>(
     for side in [1.0, -1.0] {
         let value = place.value + side * BEYOND_BOUNDARY_DISTANCE * problem.span();
         if let Some((rest, at)) = simulated(problem, place, value, 0)?
-            && n_changes(&rest.signature.stages) < n_changes(&problem.signature.stages)
+            && rest.signature.stages.n_changes() < problem.signature.stages.n_changes()
         {
             let by_value = BranchDirection::of_value(rest.n_unknowns(&at));
             if let Ok(settled) = corrected(&rest, at, &by_value)? {
@@ -133,26 +92,26 @@ pub(super) fn border(
         let each = rounds.map(|k| (first + TAU * k as f64) * there.clock);
         each.collect()
     };
-    match &problem.signature.stages[instant].transition {
-        Transition::Strike(stops) => {
-            let stop = stops[0];
-            zero_without(problem, (place, instant), &|rest, there| {
-                let first = there.state.times[0];
-                let each = times(rest, there).into_iter().map(|t| {
-                    let instant = rest.instant_of(there, (stop, first + t));
-                    instant.map(|k| rest.opening(there, k)).transpose()
-                });
-                Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
-            })
-        }
-        Transition::Release(stop) => zero_without(problem, (place, instant), &|rest, there| {
+    let stages = &problem.signature.stages;
+    if let Some(stop) = stages.impact(instant) {
+        zero_without(problem, (place, instant), &|rest, there| {
+            let first = there.state.times[0];
             let each = times(rest, there).into_iter().map(|t| {
-                let pull = release_onset(rest, there, (*stop, t))?;
+                let instant = rest.instant_of(there, (stop, first + t));
+                instant.map(|k| rest.opening(there, k)).transpose()
+            });
+            Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
+        })
+    } else if let Some(stop) = stages.departure(instant) {
+        zero_without(problem, (place, instant), &|rest, there| {
+            let each = times(rest, there).into_iter().map(|t| {
+                let pull = release_onset(rest, there, (stop, t))?;
                 Ok(pull.map(|pull| pull.most))
             });
             Ok(nearest_to_zero(each.collect::<Result<Vec<_>>>()?))
-        }),
-        _ => Ok(None),
+        })
+    } else {
+        Ok(None)
     }
 }
 

@@ -3,14 +3,14 @@
 
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{ShootingNode, begun_with_strike, period};
+use crate::branch::shooting_nodes::period;
 use crate::error::Result;
-use crate::hybrid::held_through;
-use crate::law::{Regime, Stage, Transition};
+use crate::hybrid::{carried, landing_on};
+use crate::itinerary::{Instant, begun_with_impact};
+use crate::law::Stage;
 use crate::model::contacts;
-use crate::orbit::with_shooting;
+use crate::orbit::with_maps;
 use crate::tolerance::{ONSET_CURVATURE_STEP, RELEASE_ONSET_WINDOW, SAME_ROUND};
-use nalgebra::{DMatrix, DVector};
 
 /// Parts in which a span of time is searched for the largest acceleration. `[work]`
 const ONSET_SAMPLES: usize = 32;
@@ -55,28 +55,19 @@ pub(super) fn release_onset(
     // The ends of the contact count where another stop's impact makes them. At the landing on this stop the border is another one, and at
     // its release the force is zero.
     let next = &instants[(instant + 1) % count].stage.transition;
-    let is_release = *next == Transition::Release(stop);
+    let is_release = next.is_release() && next.element() == Some(stop);
     let was_held = instants[(instant + count - 1) % count]
         .stage
         .regime
         .holds(stop);
     let parts = usize::from(!was_held)..ONSET_SAMPLES + usize::from(!is_release);
     let scene = problem.scene(place.value)?;
-    let mut signature = problem.signature.clone();
-    signature.stages.push(Stage {
-        transition: Transition::Release(stop),
-        regime: without.clone(),
-    });
-    with_shooting(&scene, &signature, |shooting, _| {
+    let signature = problem.signature.clone().beside(&without);
+    with_maps(&scene, &signature, |motion| {
         let pull = |t: f64| -> Result<f64> {
-            let mut x = from.state.clone();
-            let none = &mut DMatrix::zeros(x.len(), 0);
-            let regime = &from.stage.regime;
-            shooting
-                .motion
-                .flow(regime, (from.start, t), &mut x, none)?;
-            let rate = shooting.motion.rate(&without, t, &x)?;
-            shooting.motion.gap_acceleration(stop, t, &x, &rate)
+            let x = carried(motion, &from.stage.regime, (from.start, t), &from.state)?;
+            let rate = motion.rate(&without, t, &x)?;
+            motion.gap_acceleration(stop, t, &x, &rate)
         };
         let half = RELEASE_ONSET_WINDOW * (end - from.start);
         let (mut low, mut high) = ((about - half).max(from.start), (about + half).min(end));
@@ -116,11 +107,10 @@ fn begun_before(
     let begin = state.times[0];
     let late = (time - 0.5 * whole).rem_euclid(whole);
     let scene = problem.scene(place.value)?;
-    with_shooting(&scene, &problem.signature, |shooting, _| {
-        let x = &mut state.states[0];
-        let none = &mut DMatrix::zeros(x.len(), 0);
+    state.states[0] = with_maps(&scene, &problem.signature, |motion| {
         let regime = &problem.signature.stages[0].regime;
-        shooting.motion.flow(regime, (begin, begin + late), x, none)
+        let span = (begin, begin + late);
+        carried(motion, regime, span, &state.states[0])
     })?;
     state.times = vec![begin + late, begin + late + whole];
     state.starts = vec![begin + late];
@@ -167,47 +157,38 @@ pub(super) fn with_flight<'a>(
     if !(from.start < left && back + rest < end) {
         return Ok(None);
     }
-    let held_at = |t: f64| -> Result<DVector<f64>> {
-        let mut x = from.state.clone();
-        with_shooting(&scene, &problem.signature, |shooting, _| {
-            let none = &mut DMatrix::zeros(x.len(), 0);
+    let held_at = |t: f64| {
+        with_maps(&scene, &problem.signature, |motion| {
             let regime = &from.stage.regime;
-            shooting.motion.flow(regime, (from.start, t), &mut x, none)
-        })?;
-        Ok(x)
+            carried(motion, regime, (from.start, t), &from.state)
+        })
     };
-    let landing = if impact.is_inelastic() {
-        let landed = held_at(back)?;
-        let law = with_shooting(&scene, &problem.signature, |shooting, _| {
-            held_through(shooting.motion, (stop, &without), back, &landed)
-        })?;
-        if !law.thrown.is_empty() {
-            return Ok(None);
-        }
-        Transition::Strike(law.struck)
-    } else {
-        Transition::Chatter(stop)
+    let landed = held_at(back)?;
+    let landing = with_maps(&scene, &problem.signature, |motion| {
+        landing_on(motion, (stop, &without), back, &landed)
+    })?;
+    let Some(landing) = landing else {
+        return Ok(None);
     };
-    let instant = |(transition, regime): (Transition, &Regime),
-                   (time, start): (f64, f64)|
-     -> Result<ShootingNode> {
-        Ok(ShootingNode {
-            stage: Stage {
-                transition,
-                regime: regime.clone(),
-            },
+    let instant = |stage: Stage, (time, start): (f64, f64)| -> Result<Instant> {
+        Ok(Instant {
+            stage,
             time,
             start,
             state: held_at(start)?,
         })
     };
+    let landing = Stage {
+        transition: landing,
+        regime: from.stage.regime.clone(),
+    };
     let both = [
-        instant((Transition::Release(stop), &without), (left, left))?,
-        instant((landing, &from.stage.regime), (back, back + rest))?,
+        instant(Stage::departure(stop, without.clone()), (left, left))?,
+        instant(landing, (back, back + rest))?,
     ];
     let instants = if problem.is_empty() {
         // The motion was in lasting contact all period long: the period begins with the landing now.
-        begun_with_strike(both.to_vec(), period(state)).unwrap_or_default()
+        begun_with_impact(both.to_vec(), period(state)).unwrap_or_default()
     } else {
         let next = pull.instant + 1;
         instants.splice(next..next, both);

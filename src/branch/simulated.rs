@@ -4,17 +4,18 @@
 use crate::branch::candidate::Candidate;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{are_impacts, period};
+use crate::branch::shooting_nodes::period;
 use crate::continuation::corrected;
 use crate::error::{Error, Result};
+use crate::hybrid::carried;
 use crate::law::Regime;
-use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_phase, with_shooting};
+use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_maps, with_phase};
 use crate::simulate::{Keep, SimulateOptions, Status, simulate};
 use crate::tolerance::{
     BEYOND_BOUNDARY_DISTANCE, MEETS_BRANCH_DISTANCE, NEARER_BOUNDARY_FACTOR, NEARING_FACTOR,
     NEARING_IN_A_ROW, SAME_AS_BRANCH, SETTLING_ROUNDS,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Distances from a boundary at which motions are simulated, each nearer than the one before. `[work]`
@@ -35,13 +36,10 @@ fn in_flight(
         return Ok(None);
     };
     let (start, time) = (state.starts[k], state.starts[k] + 0.5 * span(&k));
-    let mut x = state.states[k].clone();
     let scene = problem.scene(place.value)?;
-    with_shooting(&scene, &problem.signature, |shooting, _| {
-        let none = &mut DMatrix::zeros(x.len(), 0);
-        shooting
-            .motion
-            .flow(Regime::free(), (start, time), &mut x, none)
+    let x = with_maps(&scene, &problem.signature, |motion| {
+        let span = (start, time);
+        carried(motion, Regime::free(), span, &state.states[k])
     })?;
     Ok(Some((time, x)))
 }
@@ -95,7 +93,7 @@ pub(super) fn simulated<'a>(
         Err(error) => return Err(error),
     };
     let rest = BranchProblem {
-        has_pulses: problem.has_pulses && are_impacts(&signature.stages),
+        has_pulses: problem.has_pulses && signature.stages.single_impacts().is_some(),
         signature,
         phase: scene.phase(),
         ..problem.clone()

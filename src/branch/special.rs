@@ -4,7 +4,7 @@ use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::impact::Impact;
-use crate::law::Transition;
+use crate::itinerary::Coincidence;
 use crate::model::{Parameter, Scene};
 use crate::orbit::{Breach, PeriodicOrbit, Rule};
 use crate::tolerance::{
@@ -248,36 +248,23 @@ pub(super) fn of_meeting(
     (instant, error): (usize, f64),
 ) -> Special {
     let stages = &problem.signature.stages;
-    let count = stages.len();
-    let (own, next) = (&stages[instant], &stages[(instant + 1) % count]);
-    // A motion that an impact throws off a held stop comes back the sooner the slower the impact is: speed and flight vanish together.
-    if let Transition::Strike(stops) = &own.transition
-        && problem.is_low_bounce(instant)
-    {
-        let times = &last.place.state.times;
-        return Special {
-            stop: stops.first().copied(),
-            time: Some(times[instant] - times[0]),
-            ..Special::at(SpecialKind::LostImpact, last, error)
-        };
-    }
-    let stop = next.transition.element();
-    let is_same = match &own.transition {
-        Transition::Strike(stops) => stop.is_some_and(|stop| stops.contains(&stop)),
-        Transition::Release(own) => stop == Some(*own),
-        _ => false,
-    };
-    let kind = match (&own.transition, &next.transition) {
-        (Transition::Release(_), _) if is_same => SpecialKind::ReleaseBorder,
-        (Transition::Strike(_), Transition::Release(_)) if is_same => SpecialKind::LandingBorder,
-        (Transition::Strike(_), Transition::Strike(_)) if is_same && !next.regime.is_free() => {
-            SpecialKind::LandingBorder
+    let kind = match stages.coincidence(instant) {
+        // A motion that an impact throws off a held stop comes back the sooner the slower the impact is: speed and flight vanish together.
+        Coincidence::LowBounce => {
+            let times = &last.place.state.times;
+            return Special {
+                stop: stages.impact(instant),
+                time: Some(times[instant] - times[0]),
+                ..Special::at(SpecialKind::LostImpact, last, error)
+            };
         }
-        _ if !own.regime.is_free() => SpecialKind::ChatterBorder,
-        _ => SpecialKind::Corner,
+        Coincidence::Departure => SpecialKind::ReleaseBorder,
+        Coincidence::Landing => SpecialKind::LandingBorder,
+        Coincidence::Contact => SpecialKind::ChatterBorder,
+        Coincidence::Corner => SpecialKind::Corner,
     };
     Special {
-        stop,
+        stop: stages.stage(instant + 1).transition.element(),
         ..Special::at(kind, last, error)
     }
 }

@@ -9,22 +9,23 @@ use crate::branch::predictor::{StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::reduced_motion::reduced_motion;
 use crate::branch::release_onset::with_flight;
-use crate::branch::shooting_nodes::{period, turned};
+use crate::branch::shooting_nodes::period;
 use crate::branch::simulated::simulated_beyond;
 use crate::branch::special::{Special, SpecialKind};
 use crate::branch::touch::TouchingLoop;
 use crate::branch::zero_problem::directions;
 use crate::continuation::{ScaledDirection, corrected};
 use crate::error::{Error, Result};
-use crate::law::Transition;
+use crate::hybrid::{carried, reset};
+use crate::itinerary::turned;
 use crate::linalg::rank;
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Signature, with_shooting};
+use crate::orbit::{Signature, with_maps};
 use crate::tolerance::{
     ASIDE_LENGTH, BEYOND_BOUNDARY_DISTANCE, BORN_IMPACT_SPEED, BORN_IMPACT_STEP,
     NEARER_BOUNDARY_FACTOR, PAST_CORNER_LENGTH, VANISHING_DURATION,
 };
-use nalgebra::{DMatrix, dvector};
+use nalgebra::dvector;
 
 /// Halvings of the distance from a branch at which an orbit of another is looked for. `[work]`
 const MOST_ASIDE_HALVINGS: usize = 12;
@@ -433,20 +434,15 @@ fn swapped(problem: &BranchProblem<'_>, place: &ParametricLoop) -> Result<Option
     let flown = instants.last().cloned().filter(|_| count > 2);
     let before = flown.unwrap_or_else(|| instants[0].clone()).later(-whole);
     let scene = problem.scene(past.value)?;
-    with_shooting(&scene, &problem.signature, |shooting, _| {
+    with_maps(&scene, &problem.signature, |motion| {
         let mut from = before;
-        for own in &mut instants[..2] {
-            let Transition::Strike(stops) = own.stage.transition.clone() else {
+        for (own, k) in instants[..2].iter_mut().zip([first + 1, first]) {
+            if problem.signature.stages.impact(k).is_none() {
                 return Ok(());
-            };
-            let none = &mut DMatrix::zeros(from.state.len(), 0);
-            let state = &mut from.state;
+            }
             let span = (from.start, own.time);
-            shooting
-                .motion
-                .flow(&from.stage.regime, span, state, none)?;
-            shooting.motion.impact(&stops, own.time, state, none)?;
-            own.state.copy_from(state);
+            let before = carried(motion, &from.stage.regime, span, &from.state)?;
+            own.state = reset(motion, &own.stage.transition, own.time, before)?;
             (own.start, from) = (own.time, own.clone());
         }
         Ok(())

@@ -6,15 +6,15 @@ use crate::branch::problem::BranchProblem;
 use crate::branch::shooting_nodes::period;
 use crate::error::{Error, Result};
 use crate::model::Scene;
-use crate::orbit::{Signature, images, with_shooting};
+use crate::orbit::{Signature, images, with_maps};
 use crate::tolerance::SAME_ROUND;
 
 impl BranchProblem<'_> {
     /// The mirror image of each stop in a scene, where that is odd.
     pub fn images_in(&self, scene: &Scene, place: &ParametricLoop) -> Result<Option<Vec<usize>>> {
         let units = &self.units_in(scene);
-        with_shooting(scene, &self.signature, |shooting, _| {
-            images(shooting.motion, scene, units, &place.state)
+        with_maps(scene, &self.signature, |motion| {
+            images(motion, scene, units, &place.state)
         })
     }
 

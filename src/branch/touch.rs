@@ -3,13 +3,13 @@
 
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{ShootingNode, period, rebuilt};
+use crate::branch::shooting_nodes::{period, rebuilt};
 use crate::error::Result;
-use crate::hybrid::{HeldThrough, held_through};
-use crate::law::{Stage, Transition};
+use crate::hybrid::{ImpactOutcome, carried, impact_outcome, landing_on, reset};
+use crate::itinerary::Instant;
+use crate::law::Stage;
 use crate::model::contacts;
-use crate::orbit::with_shooting;
-use nalgebra::DMatrix;
+use crate::orbit::with_maps;
 
 /// A loop with one impact more, where a stop is touched, and its problem.
 pub(super) struct TouchingLoop<'a> {
@@ -37,16 +37,13 @@ impl<'a> BranchProblem<'a> {
         let mut touched = instants[flight.unwrap_or(0)].clone();
         let span = (touched.start, time);
         let scene = self.scene(place.value)?;
-        let HeldThrough { struck, thrown, .. } =
-            with_shooting(&scene, &self.signature, |shooting, _| {
-                let none = &mut DMatrix::zeros(touched.state.len(), 0);
-                let regime = &touched.stage.regime;
-                let motion = shooting.motion;
-                motion.flow(regime, span, &mut touched.state, none)?;
-                held_through(motion, (stop, regime), time, &touched.state)
-            })?;
+        let ImpactOutcome { transition, thrown } = with_maps(&scene, &self.signature, |motion| {
+            let regime = &touched.stage.regime;
+            touched.state = carried(motion, regime, span, &touched.state)?;
+            impact_outcome(motion, (stop, regime), time, &touched.state)
+        })?;
         (touched.time, touched.start) = (time, time);
-        touched.stage.transition = Transition::Strike(struck);
+        touched.stage.transition = transition;
         let instant = if self.is_empty() {
             instants.clear();
             0
@@ -78,20 +75,15 @@ impl<'a> BranchProblem<'a> {
         let state = &place.state;
         let mut instants = self.instants(state);
         let own = instants[instant].clone();
-        let (held, without) = (own.stage.regime.clone(), own.stage.regime.without(stop));
+        let (lasting, without) = (own.stage.regime.clone(), own.stage.regime.without(stop));
         let scene = self.scene(place.value)?;
         let impact = contacts(&scene)[stop].law();
         if !impact.is_inelastic() && !without.is_free() {
             return Ok(None);
         }
-        let mut signature = self.signature.clone();
-        signature.stages.push(Stage {
-            transition: Transition::Release(stop),
-            regime: without.clone(),
-        });
+        let signature = self.signature.clone().beside(&without);
         let end = state.times[instant + 1];
-        let found = with_shooting(&scene, &signature, |shooting, _| {
-            let motion = shooting.motion;
+        let found = with_maps(&scene, &signature, |motion| {
             let n = own.state.len() / 2;
             let speed = motion.gap(stop, own.time, &own.state)?;
             let speed = speed.speed(own.state.rows(n, n));
@@ -102,29 +94,24 @@ impl<'a> BranchProblem<'a> {
             if !(speed > 0.0 && pull > 0.0 && own.time < time && start < end) {
                 return Ok(None);
             }
-            let mut x = own.state.clone();
-            let none = &mut DMatrix::zeros(x.len(), 0);
-            let transition = if impact.is_inelastic() {
-                motion.flow(&without, (own.time, start), &mut x, none)?;
-                let law = held_through(motion, (stop, &without), start, &x)?;
-                if !law.thrown.is_empty() {
-                    return Ok(None);
-                }
-                motion.impact(&law.struck, start, &mut x, none)?;
-                Transition::Strike(law.struck)
+            // Impacts that accumulate end in lasting contact.
+            let regime = if impact.is_inelastic() {
+                &without
             } else {
-                motion.flow(&held, (own.time, start), &mut x, none)?;
-                Transition::Chatter(stop)
+                &lasting
             };
-            let stage = Stage {
-                transition,
-                regime: held.clone(),
+            let before = carried(motion, regime, (own.time, start), &own.state)?;
+            let Some(transition) = landing_on(motion, (stop, &without), start, &before)? else {
+                return Ok(None);
             };
-            Ok(Some(ShootingNode {
-                stage,
+            Ok(Some(Instant {
+                state: reset(motion, &transition, start, before)?,
+                stage: Stage {
+                    transition,
+                    regime: lasting,
+                },
                 time,
                 start,
-                state: x,
             }))
         })?;
         let Some(landed) = found else {

@@ -4,12 +4,11 @@ use crate::branch::{check_same, stretched};
 use crate::derivative::stencil::{DifferenceOrder, Stencil, StencilNode};
 use crate::error::{Error, Result, digits};
 use crate::hybrid::ScaledUnits;
-use crate::law::Stage;
 use crate::linalg::singular::Singular;
 use crate::model::Scene;
 use crate::orbit::{
-    Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature, begun, shooting_flights,
-    with_phase, with_shooting,
+    Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature, begun, with_phase,
+    with_shooting,
 };
 use crate::tolerance::{
     DERIVATIVE_STEP_CHATTER, DERIVATIVE_STEP_EXACT, DERIVATIVE_STEP_INTEGRATED, LEAST_STEP_EFFECT,
@@ -80,10 +79,6 @@ impl Balance {
     }
 }
 
-fn is_chatter(stage: &Stage) -> bool {
-    stage.transition.is_chatter()
-}
-
 /// The factor on the unit of length, a part of which ends the list of accumulating impacts, for which a loop has `count` flights: in the
 /// middle of all such factors, so that loops beside it have as many.
 fn depth(
@@ -96,7 +91,7 @@ fn depth(
         let position = units.position * factor;
         let units = ScaledUnits { position, ..*units };
         let ends = shooting.flight_ends(state, &units)?;
-        Ok(shooting_flights(shooting.stages, state, &ends, shooting.motion)?.len())
+        Ok(state.arcs(shooting.stages, &ends, shooting.motion)?.len())
     };
     // The largest logarithm of a factor for which there are `count` flights or more.
     let largest = |count: usize| -> Result<f64> {
@@ -116,7 +111,7 @@ fn depth(
 
 /// The step for the motions of a scene, and the order of their differences.
 fn step(scene: &Scene, signature: &Signature) -> (f64, DifferenceOrder) {
-    if signature.stages.iter().any(is_chatter) {
+    if signature.stages.accumulates() {
         (DERIVATIVE_STEP_CHATTER, DifferenceOrder::Fourth)
     } else if scene.linear_system("derivatives").is_ok() {
         (DERIVATIVE_STEP_EXACT, DifferenceOrder::Second)
@@ -131,7 +126,7 @@ impl Loop {
         let (scene, signature, state) = begun(scene, Guess::Orbit(orbit), None)?;
         let (units, linear) = with_shooting(&scene, &signature, |shooting, _| {
             let mut units = shooting.units(&state)?;
-            if signature.stages.iter().any(is_chatter) {
+            if signature.stages.accumulates() {
                 units.position *= depth(shooting, &state, &units, orbit.flights().len())?;
             }
             Ok((units, shooting.linearised(&state, &units)?))

@@ -3,11 +3,9 @@
 
 use crate::error::Result;
 use crate::hybrid::ScaledUnits;
+use crate::itinerary::MotionArc;
 use crate::model::Scene;
-use crate::orbit::{
-    Extremes, PlaceOnFlight, Shooting, ShootingFlight, ShootingState, shooting_flights,
-    struck_in_order,
-};
+use crate::orbit::{Extremes, PlaceOnFlight, Shooting, ShootingState};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::ops::Range;
@@ -107,21 +105,16 @@ pub(super) fn measured(
     marks: &[Mark],
 ) -> Result<Vec<f64>> {
     let ends = shooting.flight_ends(state, units)?;
-    let flights = shooting_flights(shooting.stages, state, &ends, shooting.motion)?;
-    let (instants, _) = struck_in_order(shooting.stages, &ends);
+    let flights = state.arcs(shooting.stages, &ends, shooting.motion)?;
     let zero = flights[0].start;
     let last = &flights[flights.len() - 1];
     let mut all: Vec<f64> = flights[0].after.iter().copied().collect();
     all.push(scene.frequency().unwrap_or(0.0) * zero);
     all.push(state.times[state.times.len() - 1] - state.times[0]);
     let before = [last].into_iter().chain(&flights);
-    let struck = flights
-        .iter()
-        .zip(before)
-        .filter(|(flight, _)| flight.mode.is_struck);
     let (mut times, mut speeds) = (Vec::new(), Vec::new());
-    for ((flight, before), stops) in struck.zip(&instants) {
-        for &stop in stops {
+    for (flight, before) in flights.iter().zip(before) {
+        for &stop in flight.hits() {
             let x = &before.before_next;
             let at = shooting.motion.gap(stop, before.end, x)?;
             times.push(flight.start - zero);
@@ -137,7 +130,7 @@ pub(super) fn measured(
 /// The values at the marks, each flight followed once.
 fn at_marks(
     shooting: &Shooting<'_>,
-    flights: &[ShootingFlight],
+    flights: &[MotionArc<DVector<f64>>],
     marks: &[Mark],
     all: &mut Vec<f64>,
 ) -> Result<()> {
@@ -156,7 +149,7 @@ fn at_marks(
             let none = &mut DMatrix::zeros(state.len(), 0);
             shooting
                 .motion
-                .flow(flight.mode.lasting(), (from, time), &mut state, none)?;
+                .flow(flight.regime(), (from, time), &mut state, none)?;
         }
         all.push(match *quantity {
             ExtremeQuantity::Gap(stop) => shooting.motion.gap(stop, time, &state)?.gap,

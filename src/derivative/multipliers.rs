@@ -70,17 +70,13 @@ impl Multipliers {
         let deviations = own.in_scene(&own.scene, |shooting, units| {
             Deviations::new(shooting, units, &own.state)
         })?;
-        let stages = own.signature.stages.iter();
-        let held = stages
-            .map(|stage| stage.regime.constrained().len())
-            .max()
-            .unwrap_or(0);
+        let n_lost = own.signature.stages.n_lost_directions();
         let shift = own.scene.frequency().is_none().then(|| {
             let off = |i: &usize| (all[*i] - 1.0).norm();
             (0..all.len()).min_by(|i, j| off(i).total_cmp(&off(j)))
         });
         // The largest come first.
-        let first_zero = all.len().saturating_sub(2 * held);
+        let first_zero = all.len().saturating_sub(n_lost);
         let each = all.iter().enumerate().map(|(i, &mu)| {
             if i >= first_zero || shift == Some(Some(i)) {
                 return Sensitivity::Fixed;

@@ -57,7 +57,7 @@ pub fn derivatives(orbit: &PeriodicOrbit, parameters: &[Parameter]) -> Result<Or
     let farthest = orbit.max_displacement()?.into_iter().fold(0.0, f64::max);
     let mut numbers = Numbers::new(scene, parameters, farthest)?;
     let mut flights = orbit.flights().iter();
-    if flights.any(|flight| flight.mode.is_chatter()) {
+    if flights.any(|flight| flight.accumulation().is_some()) {
         numbers = numbers.accumulating();
     }
     let make = |i: usize, offset: f64| numbers.scene(i, offset);

@@ -3,13 +3,14 @@
 //! deviations grow. Unknowns: deviations of (q, v) and the delay of each event, per unit of the number.
 
 use crate::derivative::adaptive_differences::{AdaptiveDifferences, ScaledBlock};
-use crate::derivative::itinerary::{Itinerary, RunArc, with_doubts};
+use crate::derivative::itinerary::{RunItinerary, timed, with_doubts};
 use crate::derivative::numbers::Numbers;
 use crate::derivative::stencil::{DifferenceOrder, Stencil};
 use crate::error::{Error, Result};
 use crate::flow::differences::WarningLog;
+use crate::hybrid::{HybridMaps, NO_CONDITION, Timed, arrival, enter};
 use crate::model::{Parameter, Scene};
-use crate::orbit::{Shooting, with_shooting};
+use crate::orbit::with_maps;
 use crate::simulate::Trajectory;
 use crate::tolerance::{
     HIT_TOGETHER_GAP, RUN_DERIVATIVE_STEPS, RUN_VALUE_NOISE, SHORT_CONTACT, TOUCHING_IMPACT_SPEED,
@@ -61,7 +62,7 @@ pub fn derivatives_of_run(
         reason: None,
     };
     check(run, times)?;
-    let mut itinerary = match Itinerary::of(run)? {
+    let mut itinerary = match RunItinerary::of(run)? {
         Ok(itinerary) => itinerary,
         Err(reason) => {
             found.reason = Some(reason);
@@ -73,7 +74,7 @@ pub fn derivatives_of_run(
     let (first, end) = run.span();
     let turned = fastest * first.abs().max(end.abs());
     let mut numbers = Numbers::new(scene, parameters, itinerary.units.position)?.turning(turned);
-    if itinerary.arcs.iter().any(|arc| arc.is_accumulating) {
+    if itinerary.accumulates() {
         numbers = numbers.accumulating();
     }
     // For each number the partial derivatives of all arcs and events.
@@ -86,8 +87,8 @@ pub fn derivatives_of_run(
         }
         by_number.push(rates);
     }
-    let reason = with_doubts(scene, &itinerary.signature, |shooting, watch| {
-        itinerary.carry((shooting, watch), run, &by_number, &mut found)
+    let reason = with_doubts(scene, &itinerary.signature, |motion, watch| {
+        itinerary.carry((motion, watch), run, &by_number, &mut found)
     })?;
     found.reason = reason.or(found.reason);
     Ok(found)
@@ -108,17 +109,17 @@ fn check(run: &Trajectory, times: &[f64]) -> Result<()> {
     Ok(())
 }
 
-impl Itinerary {
+impl RunItinerary {
     /// The blocks of the list that `values` returns, with their units.
     fn blocks(&self) -> Vec<ScaledBlock> {
-        let n = self.arcs[0].state.len() / 2;
+        let n = self.arcs[0].after.len() / 2;
         let state = [(n, self.units.position), (n, self.units.velocity)];
         let mut all = Vec::new();
-        for (k, arc) in self.arcs.iter().enumerate() {
-            for _ in 0..=arc.asked.len() {
+        for (k, asked) in self.asked.iter().enumerate() {
+            for _ in 0..=asked.len() {
                 all.extend(state);
             }
-            if self.has_instant(k) {
+            if self.next(k).is_some() {
                 all.push((1, 1.0));
                 all.extend(state);
                 all.push((1, self.units.time));
@@ -127,23 +128,18 @@ impl Itinerary {
         all
     }
 
-    /// Whether an arc ends with an event, not only with a cut.
-    fn has_instant(&self, k: usize) -> bool {
-        self.event(k).is_some_and(|event| !self.is_cut(event))
-    }
-
     /// The values of each arc in a scene, from the state with which it begins in the run: its states at the times that are asked for and at
     /// its end; then for the event there, at its time in the run, the residual of its condition, the state after it and the delay of that.
     fn values(&self, scene: &Scene) -> Result<Vec<f64>> {
         let mut all = Vec::new();
-        with_shooting(scene, &self.signature, |shooting, _| {
+        with_maps(scene, &self.signature, |motion| {
             for (k, arc) in self.arcs.iter().enumerate() {
-                let mut none = DMatrix::zeros(arc.state.len(), 0);
-                self.along(shooting, k, &mut none, |x, _| all.extend(x.iter()))?;
-                if let (Some(event), true) = (self.event(k), self.has_instant(k)) {
-                    let mut y = arc.timed(0);
-                    all.push(self.lacks(shooting, event, &y)?.map_or(0.0, |own| own.0));
-                    self.pass(shooting, event, &mut y)?;
+                let mut none = DMatrix::zeros(arc.after.len(), 0);
+                self.along(motion, k, &mut none, |x, _| all.extend(x.iter()))?;
+                if let Some(next) = self.next(k) {
+                    let (mut y, event) = (timed(arc, 0), (arc.regime(), &next.stage));
+                    all.push(arrival(motion, event, &self.units, &y)?.map_or(0.0, |own| own.0));
+                    enter(motion, &next.stage, &self.units, &mut y)?;
                     all.extend(y.state.iter());
                     all.push(y.time - arc.end);
                 }
@@ -156,16 +152,15 @@ impl Itinerary {
     /// Moves a state along an arc with deviations of its start, and shows both at the times that are asked for and at its end.
     fn along(
         &self,
-        shooting: &Shooting<'_>,
+        motion: &dyn HybridMaps,
         k: usize,
         deviations: &mut DMatrix<f64>,
         mut show: impl FnMut(&DVector<f64>, &DMatrix<f64>),
     ) -> Result<()> {
         let arc = &self.arcs[k];
-        let (mut from, mut state) = (arc.start, arc.state.clone());
-        for to in arc.asked.iter().map(|asked| asked.1).chain([arc.end]) {
-            let regime = self.regime(k);
-            (shooting.motion).flow(regime, (from, to), &mut state, deviations)?;
+        let (mut from, mut state) = (arc.start, arc.after.clone());
+        for to in self.asked[k].iter().map(|asked| asked.1).chain([arc.end]) {
+            motion.flow(arc.regime(), (from, to), &mut state, deviations)?;
             show(&state, deviations);
             from = to;
         }
@@ -193,12 +188,12 @@ impl Itinerary {
     /// Transports deviations along all arcs, and returns the reason why they end early, if they do.
     fn carry(
         &self,
-        (shooting, watch): (&Shooting<'_>, &WarningLog),
+        (motion, watch): (&dyn HybridMaps, &WarningLog),
         run: &Trajectory,
         by_number: &[Option<Vec<f64>>],
         found: &mut RunDerivatives,
     ) -> Result<Option<String>> {
-        let (two_n, count) = (self.arcs[0].state.len(), by_number.len());
+        let (two_n, count) = (self.arcs[0].after.len(), by_number.len());
         let mut read = 0;
         // The next values of all numbers, one column each.
         let mut next = |rows: usize| {
@@ -214,11 +209,12 @@ impl Itinerary {
         for (k, arc) in self.arcs.iter().enumerate() {
             let mut grazes = run.grazes().iter();
             let touch = grazes.find(|own| arc.start <= own.time && own.time <= arc.end);
-            let mut carried = Vec::with_capacity(arc.asked.len() + 1);
-            self.along(shooting, k, &mut x, |_, x| carried.push(x.clone()))?;
+            let asked = &self.asked[k];
+            let mut carried = Vec::with_capacity(asked.len() + 1);
+            self.along(motion, k, &mut x, |_, x| carried.push(x.clone()))?;
             for (there, asked) in carried
                 .iter_mut()
-                .zip((arc.asked.iter().map(Some)).chain([None]))
+                .zip((asked.iter().map(Some)).chain([None]))
             {
                 *there += next(two_n);
                 // Behind a touch there is none, nor behind a doubt.
@@ -242,56 +238,46 @@ impl Itinerary {
                 )));
             }
             x = carried.pop().expect("the end");
-            let Some(event) = self.event(k) else {
-                return Ok(None);
-            };
-            if self.is_cut(event) {
+            let Some(behind) = self.next(k) else {
                 continue;
-            }
-            if let Some(reason) = self.refused(shooting, event, arc)? {
+            };
+            if let Some(reason) = self.refused(motion, k)? {
                 return Ok(Some(reason));
             }
-            let rate = shooting.motion.rate(self.regime(k), arc.end, &arc.before)?;
-            let mut y = arc.timed(count);
+            let rate = motion.rate(arc.regime(), arc.end, &arc.before_next)?;
+            let mut y = timed(arc, count);
             y.deviations.copy_from(&x);
-            let mut flow = arc.timed(1);
+            let mut flow = timed(arc, 1);
             flow.deviations.copy_from(&rate);
             flow.delays[0] = 1.0;
-            let own = self.lacks(shooting, event, &y)?;
-            let (Some((_, own)), Some((_, along))) = (own, self.lacks(shooting, event, &flow)?)
-            else {
-                return Ok(Some(format!(
-                    "stops that are held receive an impulse at t = {} by themselves",
-                    arc.end
-                )));
+            let event = (arc.regime(), &behind.stage);
+            let lacks = |y: &Timed| arrival(motion, event, &self.units, y);
+            let (Some((_, own)), Some((_, along))) = (lacks(&y)?, lacks(&flow)?) else {
+                let what = NO_CONDITION;
+                return Ok(Some(format!("{what} at t = {} by themselves", arc.end)));
             };
             let own = own.transpose() + next(1);
             y.delays = -own.transpose() / along[0];
             y.deviations += rate * y.delays.transpose();
-            self.pass(shooting, event, &mut y)?;
+            enter(motion, &behind.stage, &self.units, &mut y)?;
             y.deviations += next(two_n);
             y.delays += next(1).transpose();
-            let rate = shooting.motion.rate(self.regime(event), y.time, &y.state)?;
+            let rate = motion.rate(behind.regime(), y.time, &y.state)?;
             x = y.deviations - rate * y.delays.transpose();
         }
         Ok(None)
     }
 
-    /// The reason why there are no derivatives after an event, if there are none.
-    fn refused(
-        &self,
-        shooting: &Shooting<'_>,
-        event: usize,
-        arc: &RunArc,
-    ) -> Result<Option<String>> {
-        let (at, n) = (arc.end, arc.before.len() / 2);
-        if let &[first, ..] = self.signature.stages[event].transition.struck() {
+    /// The reason why there are no derivatives after the event at the end of an arc, if there are none.
+    fn refused(&self, motion: &dyn HybridMaps, k: usize) -> Result<Option<String>> {
+        let (arc, next) = (&self.arcs[k], &self.arcs[k + 1]);
+        let (at, n) = (arc.end, arc.before_next.len() / 2);
+        if let Some(&first) = next.hits().first() {
             // Some of several stops that are met at once may receive no impulse.
-            let before = self.regime(event - 1);
-            for stop in (0..self.n_stops).filter(|&stop| !before.holds(stop)) {
-                let gap = shooting.motion.gap(stop, at, &arc.before)?;
+            for stop in (0..self.n_stops).filter(|&stop| arc.regime().leaves_free(stop)) {
+                let gap = motion.gap(stop, at, &arc.before_next)?;
                 let size = gap.gradient.amax();
-                let speed = gap.speed(arc.before.rows(n, n));
+                let speed = gap.speed(arc.before_next.rows(n, n));
                 let is_met =
                     gap.gap <= HIT_TOGETHER_GAP * size * self.units.position && speed < 0.0;
                 if is_met && stop != first {
@@ -300,17 +286,15 @@ impl Itinerary {
                     )));
                 }
                 let is_slow = speed.abs() <= TOUCHING_IMPACT_SPEED * size * self.units.velocity;
-                if stop == first && is_slow && !arc.is_accumulating {
+                if stop == first && is_slow && !self.is_accumulating(k) {
                     return Ok(Some(format!(
                         "the run grazes stop {stop} at t = {at}: one-sided only"
                     )));
                 }
             }
         }
-        let next = &self.arcs[event];
         let is_short = next.end - next.start <= SHORT_CONTACT * TAU * self.units.time;
-        let held = self.regime(event).constrained().first();
-        let short = held.filter(|_| is_short && event + 1 < self.arcs.len());
+        let short = (next.regime().contact()).filter(|_| is_short && k + 2 < self.arcs.len());
         Ok(short.map(|stop| {
             format!("the contact with stop {stop} at t = {at} ends as it begins: one-sided only")
         }))

@@ -16,7 +16,7 @@ fn touched(own: &Loop, extremes: &Extremes) -> Result<Option<usize>> {
         for (k, end) in ends.iter().enumerate() {
             let x = &end.before;
             let (n, time) = (x.len() / 2, own.state.times[k + 1]);
-            for stop in shooting.newly_struck(k + 1) {
+            for stop in shooting.closing(k + 1) {
                 let at = shooting.motion.gap(stop, time, x)?;
                 let slow = TOUCHED * units.velocity * at.gradient.amax();
                 if at.speed(x.rows(n, n)).abs() <= slow {
@@ -37,9 +37,7 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
         return Ok(Some(reason.to_owned()));
     }
     if rows > unknowns {
-        let struck = stages.iter().map(|stage| stage.transition.struck());
-        let together = struck.into_iter().find(|stops| stops.len() > 1);
-        let stops = together.map_or(String::new(), |stops| {
+        let stops = stages.hit_together().map_or(String::new(), |stops| {
             format!(" {} and {}", stops[0], stops[1])
         });
         return Ok(Some(format!(
@@ -54,10 +52,7 @@ pub(super) fn refusal(own: &Loop, extremes: &Extremes) -> Result<Option<String>>
     let period = state.times[state.times.len() - 1] - state.times[0];
     for (k, stage) in stages.iter().enumerate() {
         let span = state.times[k + 1] - state.starts[k];
-        if let (Some(stop), true) = (
-            stage.regime.constrained().first(),
-            span <= SHORT_CONTACT * period,
-        ) {
+        if let (Some(stop), true) = (stage.regime.contact(), span <= SHORT_CONTACT * period) {
             return Ok(Some(format!(
                 "the contact with stop {stop} ends as it begins: one-sided only"
             )));

@@ -6,8 +6,7 @@ use crate::exponents::batches::Batches;
 use crate::exponents::frame::Frame;
 use crate::exponents::tangents::Tangents;
 use crate::hybrid::{
-    Graze, HybridMaps, ImpactsAt, Landing, ScaledUnits, SegmentKind, across_free_impact,
-    across_impacts, across_rest,
+    Graze, HybridMaps, Landing, ScaledUnits, across_free_impact, across_impacts, across_rest,
 };
 use crate::impact::Impact;
 use crate::law::Regime;
@@ -84,7 +83,9 @@ impl<T: Tangents> Follower<T> {
                 self.struck.push(*impact);
             }
             // Beside stops that are held so little is left of a chatter that it is a landing.
-            if segment.kind != SegmentKind::Chatter || segment.regime.constrained().len() > 1 {
+            let rest = segment.accumulation();
+            let rest = rest.filter(|&stop| segment.regime.without(stop).is_free());
+            let Some(stop) = rest else {
                 self.pass_instant(start, &segment.regime)?;
                 let range = path.parts.arcs_of(k);
                 for arcs in T::spans(range) {
@@ -94,9 +95,11 @@ impl<T: Tangents> Follower<T> {
                     self.fly(&segment.regime, (first.clock.time(), end))?;
                     self.tangents.arrive(path, arcs.end - 1);
                 }
-            } else if end > start {
+                continue;
+            };
+            if end > start {
                 self.pass_instant(start, Regime::free())?;
-                self.complete(&segment.regime, start)?;
+                self.complete((stop, &segment.regime), start)?;
             }
         }
         self.struck.extend(impacts);
@@ -137,7 +140,7 @@ impl<T: Tangents> Follower<T> {
                 self.frame.begin_anew();
                 // Deviations that would leave the stops that are held are taken away from the beginning.
                 if !regime.is_free() {
-                    self.land(t, regime, regime.constrained().len())?;
+                    self.land(t, regime, regime.n_new_constraints(Regime::free()))?;
                 }
             }
         }
@@ -197,8 +200,7 @@ impl<T: Tangents> Follower<T> {
             self.struck = struck;
             self.struck.clear();
         }
-        let held = regime.constrained().iter();
-        let landed = held.filter(|&&stop| !self.regime.holds(stop)).count();
+        let landed = regime.n_new_constraints(&self.regime);
         if landed > 0 {
             self.land(t, regime, landed)?;
         }
@@ -256,7 +258,7 @@ impl<T: Tangents> Follower<T> {
             .tangents
             .physically(&mut self.frame.columns, |maps, state, own| {
                 let hit: Vec<usize> = (stops.iter().copied())
-                    .filter(|&stop| !before.holds(stop))
+                    .filter(|&stop| before.leaves_free(stop))
                     .collect();
                 let order = ImpactOrder::of(maps, &hit, t, state)?;
                 let is_joint = order == ImpactOrder::Coupled || hit.len() < stops.len();
@@ -265,14 +267,8 @@ impl<T: Tangents> Follower<T> {
                 } else {
                     hit
                 };
-                let at = ImpactsAt {
-                    struck: &stops,
-                    order: &rounds,
-                    is_joint,
-                    regimes: (before, regime),
-                    time: t,
-                };
-                across_impacts(maps, &at, state, own)?;
+                let at = ((before, regime), t);
+                across_impacts(maps, (&stops, &rounds), at, state, own)?;
                 Ok(order != ImpactOrder::Free)
             })?;
         self.counted.clashes += usize::from(is_clash && self.batches.has_begun());
@@ -280,18 +276,14 @@ impl<T: Tangents> Follower<T> {
     }
 
     /// The rest of impacts that accumulate, from a time on, to a regime that holds their stop.
-    fn complete(&mut self, regime: &Regime, t: f64) -> Result<()> {
-        let stop = regime.constrained()[0];
+    fn complete(&mut self, (stop, regime): (usize, &Regime), t: f64) -> Result<()> {
         if self.frame.is_empty() {
             self.counted.landings += usize::from(self.batches.has_begun());
         } else {
             let columns = &mut self.frame.columns;
             self.tangents.physically(columns, |maps, state, own| {
                 let units = ScaledUnits::of_state(state, &maps.rate(Regime::free(), t, state)?);
-                let rest = across_rest(maps, stop, &units, (t, state), own.clone())?;
-                state.clone_from(&rest.state);
-                *own = rest.at_fixed_time(maps, regime)?;
-                Ok(())
+                across_rest(maps, (stop, regime), &units, t, (state, own))
             })?;
             self.land(t, regime, 1)?;
         }

@@ -20,6 +20,18 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         self.forces_under(self.drive(at), q, v, a)
     }
 
+    /// The same with the elements that the forces are of.
+    pub fn element_forces(
+        &self,
+        at: Moment,
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<Vec<(usize, f64)>> {
+        let elements = self.regime.constrained().iter().copied();
+        Ok(elements.zip(self.forces(at, q, v, a)?).collect())
+    }
+
     /// Adds what the force of an element gives to an acceleration.
     fn push(
         &self,

@@ -11,37 +11,33 @@ use crate::hybrid::maps::HybridMaps;
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
-use crate::law::Regime;
+use crate::law::{Regime, Transition};
 use nalgebra::{DMatrix, DVector};
 
-/// The rest of impacts on a stop, from a time and a state before the first of them, in a motion of some units.
+/// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, to a regime after it; in a
+/// motion of some units.
 pub(crate) fn across_rest<M: HybridMaps>(
     motion: &M,
-    stop: usize,
+    (stop, after): (usize, &Regime),
     units: &ScaledUnits,
-    (time, state): (f64, &DVector<f64>),
-    deviations: DMatrix<f64>,
-) -> Result<Timed> {
+    time: f64,
+    (state, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
+) -> Result<()> {
     let at = motion.gap(stop, time, state)?;
     let rate = motion.rate(Regime::free(), time, state)?;
     let speed = at.speed(rate.rows(0, at.gradient.len()));
-    let delays = at.deviations(&deviations) / -speed;
+    let delays = at.deviations(deviations) / -speed;
     let mut y = Timed {
         time,
         state: state.clone(),
-        deviations: deviations + rate * delays.transpose(),
+        deviations: &*deviations + rate * delays.transpose(),
         delays,
     };
     finish(motion, stop, units, &mut y)?;
-    Ok(y)
-}
-
-impl Timed {
-    /// The deviations at a fixed time, in a regime.
-    pub fn at_fixed_time<M: HybridMaps>(self, motion: &M, regime: &Regime) -> Result<DMatrix<f64>> {
-        let rate = motion.rate(regime, self.time, &self.state)?;
-        Ok(self.deviations - rate * self.delays.transpose())
-    }
+    let rate = motion.rate(after, y.time, &y.state)?;
+    *deviations = y.deviations - rate * y.delays.transpose();
+    *state = y.state;
+    Ok(())
 }
 
 /// One impact: the stop that is reached, the stops that receive an impulse with it, the regimes before and after.
@@ -52,43 +48,40 @@ struct ImpactAt<'a> {
     time: f64,
 }
 
-/// The impacts at one instant.
-pub(crate) struct ImpactsAt<'a> {
-    /// The stops that receive an impulse.
-    pub struck: &'a [usize],
-    /// The stops that are reached, in the order of their impacts.
-    pub order: &'a [usize],
-    /// Whether each impact is on all that are struck: those that are not reached are held and receive an impulse with another.
-    pub is_joint: bool,
-    /// The regimes before the first and after the last; between them all is free.
-    pub regimes: (&'a Regime, &'a Regime),
-    pub time: f64,
-}
-
-/// The impacts at one instant on a state and on deviations from it, one after the other.
-pub(crate) fn across_impacts<M: HybridMaps>(
+/// A transition at a time, between two regimes, on a state and on deviations from it; `order` are the stops that are reached, in the order of
+/// their impacts.
+pub(crate) fn across<M: HybridMaps>(
     motion: &M,
-    instant: &ImpactsAt<'_>,
+    (transition, order): (&Transition, &[usize]),
+    at: ((&Regime, &Regime), f64),
     state: &mut DVector<f64>,
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {
-    let mut before = instant.regimes.0;
-    for (i, stop) in instant.order.iter().enumerate() {
-        let is_last = i + 1 == instant.order.len();
-        let after = if is_last {
-            instant.regimes.1
-        } else {
-            Regime::free()
-        };
+    across_impacts(motion, (transition.struck(), order), at, state, deviations)
+}
+
+/// The impacts of the stops that receive an impulse at a time, one after the other, on a state and on deviations from it. Between the regimes
+/// before the first and after the last all is free. If fewer stops are reached than receive an impulse each impact is on all of them.
+pub(crate) fn across_impacts<M: HybridMaps>(
+    motion: &M,
+    (struck, order): (&[usize], &[usize]),
+    ((mut before, last), time): ((&Regime, &Regime), f64),
+    state: &mut DVector<f64>,
+    deviations: &mut DMatrix<f64>,
+) -> Result<()> {
+    let is_joint = struck.len() > order.len();
+    for (i, stop) in order.iter().enumerate() {
+        let is_last = i + 1 == order.len();
+        let after = if is_last { last } else { Regime::free() };
         let own = ImpactAt {
             gap_of: *stop,
-            struck: if instant.is_joint {
-                instant.struck
+            struck: if is_joint {
+                struck
             } else {
                 std::slice::from_ref(stop)
             },
             regimes: (before, after),
-            time: instant.time,
+            time,
         };
         across_impact(motion, &own, state, deviations)?;
         before = after;

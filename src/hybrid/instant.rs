@@ -1,13 +1,14 @@
 //! The instants of an itinerary as maps: what a transition does to a state and to deviations from it, and the condition at which it comes.
 
 use crate::error::Result;
-use crate::hybrid::chatter_map::{Chatter, complete, strike};
+use crate::hybrid::chatter_map::{Chatter, complete, finish, strike};
+use crate::hybrid::landing::land;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
-use crate::law::{Stage, Transition};
+use crate::law::{Regime, Stage, Transition};
 use crate::tolerance::CENTRAL_DIFFERENCE_STEP;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// Maps a state before a transition to the one after it; returns the impulses, and the accumulating impacts there.
 pub(crate) fn pass<M: HybridMaps + ?Sized>(
@@ -23,6 +24,66 @@ pub(crate) fn pass<M: HybridMaps + ?Sized>(
     })
 }
 
+/// The state after the impacts of a transition at a time.
+pub(crate) fn reset<M: HybridMaps + ?Sized>(
+    motion: &M,
+    transition: &Transition,
+    t: f64,
+    mut state: DVector<f64>,
+) -> Result<DVector<f64>> {
+    if transition.is_strike() {
+        let none = &mut DMatrix::zeros(state.len(), 0);
+        motion.impact(transition.struck(), t, &mut state, none)?;
+    }
+    Ok(state)
+}
+
+/// Maps a state before a transition, with its deviations, to the one with which the regime behind it begins; of impacts that accumulate only the
+/// rest is left. Elements that are held from then on take away, along their reactions, the deviations that would leave them.
+pub(crate) fn enter<M: HybridMaps + ?Sized>(
+    motion: &M,
+    stage: &Stage,
+    units: &ScaledUnits,
+    y: &mut Timed,
+) -> Result<()> {
+    match stage.transition.accumulation() {
+        Some(stop) => finish(motion, stop, units, y)?,
+        None => pass(motion, &stage.transition, units, y).map(drop)?,
+    }
+    land(motion, &stage.regime, y)
+}
+
+/// What there is to say of a transition that has no condition.
+pub(crate) const NO_CONDITION: &str = "stops that are held receive an impulse";
+
+/// The gap of a stop as a condition: scaled, with what deviations make of it.
+fn gap_condition<M: HybridMaps + ?Sized>(
+    motion: &M,
+    stop: usize,
+    units: &ScaledUnits,
+    y: &Timed,
+) -> Result<(f64, DVector<f64>)> {
+    let at = motion.gap(stop, y.time, &y.state)?;
+    let scale = 1.0 / (at.gradient.amax() * units.position);
+    let row = at.timed_deviations(&y.deviations, &y.delays);
+    Ok((at.gap * scale, row * scale))
+}
+
+/// The condition at which a transition comes, on a state before it: the gap of the first stop that is struck, or that of another transition.
+/// `None` where elements that are held receive an impulse by themselves.
+pub(crate) fn arrival<M: HybridMaps + ?Sized>(
+    motion: &M,
+    (before, stage): (&Regime, &Stage),
+    units: &ScaledUnits,
+    y: &Timed,
+) -> Result<Option<(f64, DVector<f64>)>> {
+    let closing = stage.transition.closing(before).next();
+    match closing {
+        Some(stop) => gap_condition(motion, stop, units, y).map(Some),
+        None => condition(motion, stage, units, y),
+    }
+}
+
 /// The condition of a transition on a state before it and on its time, scaled, with what deviations make of it; none of a stop that is
 /// struck, which has its own on the state after.
 pub(crate) fn condition<M: HybridMaps + ?Sized>(
@@ -33,12 +94,7 @@ pub(crate) fn condition<M: HybridMaps + ?Sized>(
 ) -> Result<Option<(f64, DVector<f64>)>> {
     match stage.transition {
         Transition::Nothing | Transition::Strike(_) => Ok(None),
-        Transition::Chatter(stop) => {
-            let at = motion.gap(stop, y.time, &y.state)?;
-            let scale = 1.0 / (at.gradient.amax() * units.position);
-            let row = at.timed_deviations(&y.deviations, &y.delays);
-            Ok(Some((at.gap * scale, row * scale)))
-        }
+        Transition::Chatter(stop) => gap_condition(motion, stop, units, y).map(Some),
         Transition::Release(stop) => {
             let GapAt { gradient, .. } = motion.gap(stop, y.time, &y.state)?;
             let scale = units.time / (gradient.amax() * units.velocity);

@@ -138,6 +138,18 @@ pub(crate) trait HybridMaps {
     fn law(&self, stop: usize) -> Newton;
 }
 
+/// The state to which another one is carried in a regime over a span of time.
+pub(crate) fn carried<M: HybridMaps + ?Sized>(
+    maps: &M,
+    regime: &Regime,
+    span: (f64, f64),
+    state: &DVector<f64>,
+) -> Result<DVector<f64>> {
+    let (mut state, none) = (state.clone(), &mut DMatrix::zeros(state.len(), 0));
+    maps.flow(regime, span, &mut state, none)?;
+    Ok(state)
+}
+
 /// Moves a state at a time to where a regime keeps it: onto the stops that it holds, along their reactions, without normal speeds relative
 /// to them.
 pub(crate) fn project_onto<M: HybridMaps + ?Sized>(

@@ -8,7 +8,7 @@ mod closed_form;
 #[cfg(test)]
 mod contract;
 mod flow;
-mod held_through;
+mod impact_outcome;
 mod instant;
 mod integrated;
 mod landing;
@@ -20,17 +20,17 @@ mod segment;
 pub(crate) mod system;
 mod timed;
 
-pub(crate) use across::{ImpactsAt, across_free_impact, across_impacts, across_rest};
+pub(crate) use across::{across, across_free_impact, across_impacts, across_rest};
 pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, joined, regime_motions};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
-pub(crate) use held_through::{HeldThrough, held_through};
-pub(crate) use instant::{condition, pass};
+pub(crate) use impact_outcome::{ImpactOutcome, impact_outcome, landing_on};
+pub(crate) use instant::{NO_CONDITION, arrival, condition, enter, pass, reset};
 pub(crate) use integrated::{
     FlightPieces, InSteps, IntegratedFlow, IntegratedMaps, OrbitDense, OrbitStep, Pendulum,
     SeriesPiece, SeriesStep, Taylor, has_series, series_order,
 };
-pub(crate) use landing::{Landing, land};
-pub(crate) use maps::{GapAt, HybridMaps, project_onto};
+pub(crate) use landing::Landing;
+pub(crate) use maps::{GapAt, HybridMaps, carried, project_onto};
 pub(crate) use resolver::{Resolver, Unresolved, is_one_instant};
 pub(crate) use scaled_units::{ScaledUnits, largest_of};
 pub use segment::{Graze, SegmentKind};

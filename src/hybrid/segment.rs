@@ -24,6 +24,28 @@ impl SegmentKind {
         }
     }
 
+    /// The element whose impacts accumulate along a part of this kind, which is drawn in a regime.
+    pub(crate) fn accumulation(self, regime: &Regime) -> Option<usize> {
+        let first = regime.constrained().first().copied();
+        first.filter(|_| self == Self::Chatter)
+    }
+
+    /// The regime that lasts along a part of this kind, which is drawn in another: the free one where impacts accumulate.
+    pub(crate) fn lasting(self, regime: &Regime) -> &Regime {
+        match self {
+            Self::Chatter => Regime::free(),
+            Self::Flight | Self::Stick => regime,
+        }
+    }
+
+    /// The kind for one of the elements in contact: beside impacts that accumulate on the first, others are held.
+    pub(crate) fn at_place(self, place: usize) -> Self {
+        match self {
+            Self::Chatter if place > 0 => Self::Stick,
+            kind => kind,
+        }
+    }
+
     const ALL: [Self; 3] = [Self::Flight, Self::Chatter, Self::Stick];
 
     /// The name used in Python.

@@ -71,6 +71,32 @@ impl Regime {
         &self.others
     }
 
+    /// The number of directions of the state space that are gone in it: of each constraint a position and a speed.
+    pub fn n_lost_directions(&self) -> usize {
+        2 * self.held.len()
+    }
+
+    /// As plain numbers: the elements that are held.
+    pub fn written(&self) -> Vec<usize> {
+        self.held.clone()
+    }
+
+    /// The regime that was written as plain numbers.
+    pub fn read(numbers: &[usize]) -> Self {
+        Self::holding(numbers)
+    }
+
+    /// How many elements are held in it that were not before.
+    pub fn n_new_constraints(&self, before: &Self) -> usize {
+        self.held.iter().filter(|own| !before.holds(**own)).count()
+    }
+
+    /// The first element that is in contact.
+    pub fn contact(&self) -> Option<usize> {
+        let others = self.others.iter().map(|own| own.0);
+        self.held.iter().copied().chain(others).next()
+    }
+
     /// The state of an element.
     pub fn state(&self, element: usize) -> ElementState {
         if self.holds(element) {

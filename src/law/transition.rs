@@ -16,12 +16,42 @@ pub(crate) enum Transition {
 }
 
 impl Transition {
+    /// The elements that it is about.
+    pub fn elements(&self) -> &[usize] {
+        match self {
+            Self::Nothing => &[],
+            Self::Strike(stops) => stops,
+            Self::Chatter(stop) | Self::Release(stop) => std::slice::from_ref(stop),
+        }
+    }
+
+    /// The element that it is about, the first of several.
+    pub fn element(&self) -> Option<usize> {
+        self.elements().first().copied()
+    }
+
     /// The elements that are struck at one instant.
     pub fn struck(&self) -> &[usize] {
         match self {
             Self::Strike(stops) => stops,
             _ => &[],
         }
+    }
+
+    /// The elements that are struck and were free before: their gaps close here.
+    pub fn closing<'a>(&'a self, before: &'a Regime) -> impl Iterator<Item = usize> + 'a {
+        let stops = self.struck().iter().copied();
+        stops.filter(|&stop| before.leaves_free(stop))
+    }
+
+    /// The element whose impacts accumulate.
+    pub fn accumulation(&self) -> Option<usize> {
+        self.element().filter(|_| self.is_chatter())
+    }
+
+    /// The element that is left without an impact.
+    pub fn departure(&self) -> Option<usize> {
+        self.element().filter(|_| self.is_release())
     }
 
     /// Whether elements are struck.
@@ -41,20 +71,17 @@ impl Transition {
 
     /// Whether an element is met: struck, or until its impacts have accumulated.
     pub fn meets(&self, element: usize) -> bool {
-        match self {
-            Self::Strike(stops) => stops.contains(&element),
-            Self::Chatter(stop) => *stop == element,
-            Self::Release(_) | Self::Nothing => false,
-        }
+        !self.is_release() && self.elements().contains(&element)
     }
 
-    /// The element that it is about, the first of several.
-    pub fn element(&self) -> Option<usize> {
-        match self {
-            Self::Strike(stops) => stops.first().copied(),
-            Self::Chatter(stop) | Self::Release(stop) => Some(*stop),
-            Self::Nothing => None,
-        }
+    /// The impacts of two instants at one; `None` where one of them has none.
+    pub fn together(&self, other: &Self) -> Option<Self> {
+        let (Self::Strike(one), Self::Strike(others)) = (self, other) else {
+            return None;
+        };
+        let mut stops = [one.as_slice(), others].concat();
+        stops.sort_unstable();
+        Some(Self::Strike(stops))
     }
 
     /// Whether nothing happens.
@@ -88,6 +115,31 @@ impl Stage {
             transition,
             regime: Regime::default(),
         }
+    }
+
+    /// An element that is left without an impact, to a regime.
+    pub fn departure(element: usize, regime: Regime) -> Self {
+        Self {
+            transition: Transition::Release(element),
+            regime,
+        }
+    }
+
+    /// Nothing, in a regime.
+    pub fn uneventful(regime: Regime) -> Self {
+        Self {
+            transition: Transition::Nothing,
+            regime,
+        }
+    }
+
+    /// Impacts on some elements together, after which all are free; nothing if there are none.
+    pub fn impact(elements: &[usize]) -> Self {
+        Self::free(if elements.is_empty() {
+            Transition::Nothing
+        } else {
+            Transition::Strike(elements.to_vec())
+        })
     }
 
     /// The same with the mirror image of each element.

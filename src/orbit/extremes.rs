@@ -3,8 +3,7 @@
 
 use crate::error::Result;
 use crate::model::{Contact, Moment, Scene, contacts};
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::path::Path;
 use crate::tolerance::{FIRST_BRACKET_PART, SAME_EXTREME, TOUCHED};
 
@@ -59,8 +58,7 @@ struct Maximum {
 pub(crate) struct Along<'a> {
     pub scene: &'a Scene,
     pub path: &'a Path,
-    pub pattern: &'a Pattern,
-    pub flights: &'a [Flight],
+    pub flights: &'a [OrbitArc],
 }
 
 impl Extremes {
@@ -145,9 +143,8 @@ impl Along<'_> {
 
     /// Whether a stop is hit, or held.
     fn is_met(&self, stop: usize) -> bool {
-        let mut instants = self.pattern.instants().iter();
-        let is_held = |flight: &Flight| !flight.mode.regime.leaves_free(stop);
-        instants.any(|instant| instant.contains(&stop)) || self.flights.iter().any(is_held)
+        let mut flights = self.flights.iter();
+        flights.any(|own| own.hits().contains(&stop) || own.touches(stop))
     }
 }
 
@@ -202,8 +199,8 @@ impl OrbitQuantities<'_> {
         for point in path.points()? {
             let segments = &path.parts.segments;
             let flight = segments.partition_point(|own| own.first <= point.arc) - 1;
-            let is_flight = |flight: &Flight| !flight.mode.is_chatter();
-            let Some(own) = flights.get(flight).filter(|flight| is_flight(flight)) else {
+            let is_known = |flight: &&OrbitArc| flight.accumulation().is_none();
+            let Some(own) = flights.get(flight).filter(is_known) else {
                 continue;
             };
             if sampled.last().is_none_or(|last| last.flight != flight) {
@@ -266,7 +263,7 @@ impl OrbitQuantities<'_> {
             };
             let signed = |k: usize| values[k][quantity].map(|x| sign * x);
             keep(signed(0)[0], 0.0, false);
-            if stop.is_some_and(|stop| !own.mode.regime.leaves_free(stop)) {
+            if stop.is_some_and(|stop| own.touches(stop)) {
                 continue;
             }
             // A flight that begins on the stop may do so without speed.

@@ -4,17 +4,14 @@ use crate::flow::{ModalScene, along};
 use crate::impact::{Impact, wrapped};
 use crate::modal::ModalState;
 use crate::model::Moment;
-use crate::orbit::contact_mode::struck;
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use std::convert::Infallible;
 
 /// The impacts of a period of a linear scene, instant by instant.
 pub(crate) fn list_impacts(
     scene: &ModalScene,
-    pattern: &Pattern,
     phase: f64,
-    flights: &[Flight],
+    flights: &[OrbitArc],
     impulses: &[f64],
 ) -> Vec<Impact> {
     let law = |stop: usize, t: f64, before: &ModalState| -> std::result::Result<_, Infallible> {
@@ -23,7 +20,7 @@ pub(crate) fn list_impacts(
         let approach = along(&scene.velocity_rows[stop], before) - receding;
         Ok((approach, scene.geometry.law(stop).departure(approach)))
     };
-    let Ok(impacts) = impacts_by(law, pattern, (scene.frequency, phase), flights, impulses);
+    let Ok(impacts) = impacts_by(law, (scene.frequency, phase), flights, impulses);
     impacts
 }
 
@@ -31,26 +28,24 @@ pub(crate) fn list_impacts(
 /// and the departure after it.
 pub(crate) fn impacts_by<E>(
     law: impl Fn(usize, f64, &ModalState) -> std::result::Result<(f64, f64), E>,
-    pattern: &Pattern,
     (frequency, phase): (f64, f64),
-    flights: &[Flight],
+    flights: &[OrbitArc],
     impulses: &[f64],
 ) -> std::result::Result<Vec<Impact>, E> {
     let mut impacts = Vec::with_capacity(impulses.len());
     let mut impulses = impulses.iter();
-    let starts = struck(flights.iter().map(|flight| &flight.mode));
-    for (instant, k) in pattern.instants().iter().zip(starts) {
+    for (k, flight) in flights.iter().enumerate() {
         let previous = &flights[(k + flights.len() - 1) % flights.len()].before_next;
-        for (&stop, &impulse) in instant.iter().zip(impulses.by_ref()) {
-            let (approach, departure) = law(stop, flights[k].start, previous)?;
+        for (&stop, &impulse) in flight.hits().iter().zip(impulses.by_ref()) {
+            let (approach, departure) = law(stop, flight.start, previous)?;
             impacts.push(Impact {
-                time: flights[k].start,
+                time: flight.start,
                 stop,
                 approach,
                 // The law of every stop struck, coupled or not, which the state after has to rounding; + 0.0: no minus zero.
                 departure: departure + 0.0,
                 impulse,
-                phase: wrapped(frequency * flights[k].start + phase),
+                phase: wrapped(frequency * flight.start + phase),
             });
         }
     }

@@ -1,13 +1,12 @@
 //! Periodic impact orbits: a pattern of impacts, the periodic solve, admissibility, stability (theory 5, 6, 7).
 
-mod contact_mode;
 mod extremes;
-mod flights;
 mod free_parameter;
 mod impacts;
 mod mirrored;
 mod one_instant;
 mod options;
+mod orbit_data;
 mod orbit_motion;
 mod orbits;
 mod outputs;
@@ -27,13 +26,12 @@ mod two_instants;
 mod value_roots;
 mod verdict;
 
-pub use contact_mode::SavedMode;
 pub use options::{FreeParameter, OrbitOptions};
 pub use orbits::{Family, Orbits, Verdict};
 pub use paper_coefficients::{Coefficients, first_kind_coefficients};
 pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
-pub use saved::SavedOrbit;
+pub use saved::{SavedMode, SavedOrbit};
 pub use search::periodic_orbits;
 pub use shooting::find::{find_orbit, find_orbit_in_order};
 pub use shooting::guess::Guess;
@@ -49,14 +47,12 @@ pub(crate) use orbits::ranking;
 pub(crate) use problem::{check, period};
 pub(crate) use pulse_kernel::{Kernel, LinearisedPulses};
 pub(crate) use pulses::{PulseTrain, Pulses};
-pub(crate) use shooting::closure::{Clocked, Shooting, ShootingState, WEAK_INTEGRATED};
-pub(crate) use shooting::find::{begun, check_landings};
-pub(crate) use shooting::guess_instants::instants_of;
+pub(crate) use shooting::closure::{Clocked, Shooting, ShootingState};
+pub(crate) use shooting::find::begun;
 pub(crate) use shooting::mirror::images;
 pub(crate) use shooting::newton::Linearised;
 pub(crate) use shooting::own_time::{depends_on_own_time, with_phase};
-pub(crate) use shooting::shooting_flight::{ShootingFlight, shooting_flights, struck_in_order};
-pub(crate) use shooting::signature::{OrbitOf, Signature, with_shooting};
+pub(crate) use shooting::signature::{OrbitOf, Signature, with_maps, with_shooting};
 pub(crate) use stability::multipliers::{decides, largest_multiplier};
 pub(crate) use verdict::admissibility::{Admissibility, Breach, Rule, Ruling};
 pub(crate) use verdict::judge::Judge;

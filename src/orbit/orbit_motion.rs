@@ -8,20 +8,17 @@ use crate::hybrid::ScaledUnits;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::ArcSpan;
 use crate::hybrid::{
-    ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, SegmentKind,
-    regime_motions,
+    ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, regime_motions,
 };
 use crate::impact::Impact;
-use crate::law::Regime;
+use crate::itinerary::{closing, hits, transport};
+use crate::law::Stage;
 use crate::modal::ModalState;
 use crate::model::PhysicalState;
 use crate::observer::Observer;
-use crate::orbit::contact_mode::{ContactMode, struck};
-use crate::orbit::flights::Flight;
 use crate::orbit::impacts::{impacts_by, list_impacts};
-use crate::orbit::pattern::Pattern;
-use crate::orbit::stability::monodromy::{MonodromyFlight, monodromy};
-use crate::orbit::stability::multipliers::{Stability, over_orders, refused, stability};
+use crate::orbit::orbit_data::OrbitArc;
+use crate::orbit::stability::multipliers::{Stability, over_orders, stability};
 use crate::orbit::verdict::admissibility::Admissibility;
 use crate::orbit::verdict::another_route::closure_defect;
 use crate::orbit::verdict::closing::FlightPropagator;
@@ -68,26 +65,26 @@ fn unpaired(state: &ModalState) -> DVector<f64> {
 
 impl OrbitMotion {
     /// The modal flights of a linear scene, along which stops may be held.
-    pub fn modal_along(modal: Arc<ModalScene>, flights: &[Flight]) -> Result<Self> {
-        let regimes = flights.iter().map(|flight| &flight.mode.regime);
-        let regimes = regime_motions(&modal, regimes)?;
+    pub fn modal_along(modal: Arc<ModalScene>, flights: &[OrbitArc]) -> Result<Self> {
+        let drawn: Vec<_> = flights.iter().map(|flight| flight.drawn().1).collect();
+        let regimes = regime_motions(&modal, drawn.iter())?;
         Ok(Self::Modal { modal, regimes })
     }
 
     /// The pieces of the flights of any scene.
-    pub fn stepped(motion: IntegratedMaps, flights: &[Flight]) -> Result<Self> {
+    pub fn stepped(motion: IntegratedMaps, flights: &[OrbitArc]) -> Result<Self> {
         let states: Vec<_> = flights.iter().map(|own| unpaired(&own.after)).collect();
         let period = flights.iter().map(|own| own.span).sum();
         let units = ScaledUnits::of(states.iter(), period);
         let motion = Arc::new(motion.in_units(units));
-        let pieces = |flight: &Flight| {
+        let pieces = |flight: &OrbitArc| {
             let (state, end) = (unpaired(&flight.after), unpaired(&flight.before_next));
             let span = (flight.start, flight.span);
             // The rest of impacts that accumulate is a line.
-            let pieces = if flight.mode.is_chatter() {
+            let pieces = if flight.accumulation().is_some() {
                 FlightPieces::line(flight.span, &state, &end)
             } else {
-                motion.pieces(flight.mode.lasting(), span, &state)?
+                motion.pieces(flight.regime(), span, &state)?
             };
             Ok((flight.start, pieces))
         };
@@ -116,43 +113,39 @@ impl OrbitMotion {
     }
 
     /// One period as a path, its end closed by the start of the next.
-    pub fn path(&self, phase: f64, flights: &[Flight]) -> Path {
+    pub fn path(&self, phase: f64, flights: &[OrbitArc]) -> Path {
         let period = flights.iter().map(|flight| flight.span).sum();
+        let first = &flights[0].after;
+        let states = [first.clone(), first.clone()];
+        let closing = OrbitArc::over(Stage::impact(&[]), [period, 0.0], states);
+        let flights = flights.iter().chain([&closing]);
         let mut parts = PathParts::default();
         match self {
             Self::Modal { modal, .. } => {
                 for flight in flights {
+                    let (kind, regime) = flight.drawn();
                     let arc = arc_span(modal.frequency, flight.start, flight.span);
-                    parts.begin(flight.mode.kind, &flight.mode.regime);
+                    parts.begin(kind, &regime);
                     parts.push(&arc, flight.after.as_slice());
                 }
-                parts.begin(SegmentKind::Flight, Regime::free());
-                parts.push(
-                    &arc_span(modal.frequency, period, 0.0),
-                    flights[0].after.as_slice(),
-                );
             }
             Self::Stepped { motion, pieces } => {
-                let w = motion.frequency;
-                let push = |parts: &mut PathParts, begun: f64, own: &FlightPieces| {
-                    for ([start, h], numbers) in own.arcs() {
-                        parts.push(&arc_span(w, begun + start, h), &*numbers);
+                let closed = (period, motion.instant(&unpaired(first)));
+                for (flight, (start, own)) in flights.zip(pieces.iter().chain([&closed])) {
+                    let (kind, regime) = flight.drawn();
+                    parts.begin(kind, &regime);
+                    for ([local, h], numbers) in own.arcs() {
+                        let arc = arc_span(motion.frequency, start + local, h);
+                        parts.push(&arc, &*numbers);
                     }
-                };
-                for (flight, (start, own)) in flights.iter().zip(pieces.iter()) {
-                    parts.begin(flight.mode.kind, &flight.mode.regime);
-                    push(&mut parts, *start, own);
                 }
-                parts.begin(SegmentKind::Flight, Regime::free());
-                let closed = motion.instant(&unpaired(&flights[0].after));
-                push(&mut parts, period, &closed);
             }
         }
         Path {
             evaluator: self.evaluator(phase),
             parts,
             span: (0.0, period),
-            n_dof: flights[0].after.len(),
+            n_dof: first.len(),
         }
     }
 
@@ -175,29 +168,28 @@ impl OrbitMotion {
 
     /// By how much free flights miss their ends and contacts, relative to the size of the motion, where that is more than rounding
     /// explains.
-    pub fn lost(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
+    pub fn lost(&self, phase: f64, flights: &[OrbitArc]) -> Option<f64> {
         let Self::Modal { modal, .. } = self else {
             return None;
         };
-        with_flow!(&*modal.flow(), f => FlightPropagator::new(modal, f).lost(pattern, phase, flights))
+        with_flow!(&*modal.flow(), f => FlightPropagator::new(modal, f).lost(phase, flights))
     }
 
     /// By how much the motion misses its own ends by another route than the one that made it: free flights of a linear scene along the flow
     /// that simulations use, flights with stops held in two parts, integrated ones in the steps in which the orbit is kept.
     pub fn closure_defect(
         &self,
-        (pattern, phase): (&Pattern, f64),
-        flights: &[Flight],
+        phase: f64,
+        flights: &[OrbitArc],
         least: [f64; 2],
     ) -> Result<Option<f64>> {
-        let along = (pattern, flights);
         let (modal, regimes) = match self {
             Self::Stepped { motion, pieces } => {
                 let end = |k: usize| {
                     let end = pieces[k].1.end().map(|(_, x)| DVector::from_vec(x));
                     Ok(end.unwrap_or_else(|| unpaired(&flights[k].after)))
                 };
-                return closure_defect(&**motion, along, unpaired, least, end);
+                return closure_defect(&**motion, flights, unpaired, least, end);
             }
             Self::Modal { modal, regimes } => (modal, regimes),
         };
@@ -205,16 +197,16 @@ impl OrbitMotion {
         let state = |pairs: &ModalState| modal.form.state_of(pairs);
         with_flow!(&*modal.flow(), f => {
             let mut carrier = FlightPropagator::new(modal, f);
-            closure_defect(&maps, along, state, least, |k| {
+            closure_defect(&maps, flights, state, least, |k| {
                 let flight = &flights[k];
-                if flight.mode.is_flight() {
+                if flight.is_flight() {
                     return Ok(state(carrier.end(phase, flight)));
                 }
                 let mut x = state(&flight.after);
                 let middle = flight.start + 0.5 * flight.span;
-                for span in [(flight.start, middle), (middle, flight.start + flight.span)] {
+                for span in [(flight.start, middle), (middle, flight.end)] {
                     let none = &mut DMatrix::zeros(x.len(), 0);
-                    maps.flow(flight.mode.lasting(), span, &mut x, none)?;
+                    maps.flow(flight.regime(), span, &mut x, none)?;
                 }
                 Ok(x)
             })
@@ -224,14 +216,13 @@ impl OrbitMotion {
     /// The impacts of a period, instant by instant.
     pub fn impacts(
         &self,
-        pattern: &Pattern,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impulses: &[f64],
     ) -> Result<Vec<Impact>> {
         let motion = match self {
             Self::Modal { modal, .. } => {
-                return Ok(list_impacts(modal, pattern, phase, flights, impulses));
+                return Ok(list_impacts(modal, phase, flights, impulses));
             }
             Self::Stepped { motion, .. } => motion,
         };
@@ -242,19 +233,18 @@ impl OrbitMotion {
             let approach = -at.speed(x.rows(n, n));
             Ok((approach, motion.law(stop).departure(approach)))
         };
-        impacts_by(law, pattern, (motion.frequency, phase), flights, impulses)
+        impacts_by(law, (motion.frequency, phase), flights, impulses)
     }
 
     /// What the rules of contact say.
     pub fn admissibility(
         &self,
-        pattern: &Pattern,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         observer: &mut Observer,
     ) -> Result<Admissibility> {
-        let impacts = &struck_free(pattern, flights, impacts);
+        let impacts = &struck_free(flights, impacts);
         match self {
             Self::Modal { modal, regimes } if has_lasting_contact(flights) => {
                 Judge::new(modal).with_lasting_contact(regimes, phase, flights, impacts, observer)
@@ -264,11 +254,8 @@ impl OrbitMotion {
             }
             Self::Stepped { motion, pieces } => {
                 let period: f64 = flights.iter().map(|f| f.span).sum();
-                let modes_of_contact: Vec<ContactMode> =
-                    flights.iter().map(|f| f.mode.clone()).collect();
-                let rate = TAU / period;
                 let judge = IntegratedJudge { maps: motion };
-                judge.admissibility(pieces, &modes_of_contact, pattern.instants(), impacts, rate)
+                judge.admissibility(pieces, flights, impacts, TAU / period)
             }
         }
     }
@@ -276,9 +263,8 @@ impl OrbitMotion {
     /// Multipliers and what they decide.
     pub fn stability(
         &self,
-        pattern: &Pattern,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         found: &Admissibility,
         observer: &mut Observer,
     ) -> Result<Stability> {
@@ -287,25 +273,15 @@ impl OrbitMotion {
                 let motion = ClosedFormMaps::new(modal, phase, regimes.clone());
                 let is_coupled = |a, b| modal.geometry.is_coupled(a, b);
                 let states = |pairs: &ModalState| modal.form.state_of(pairs);
-                over_flights(
-                    &motion,
-                    (pattern, flights),
-                    states,
-                    found,
-                    is_coupled,
-                    observer,
-                )
+                over_flights(&motion, flights, states, found, is_coupled, observer)
             }
-            Self::Modal { modal, .. } => {
-                stability(modal, pattern.instants(), phase, flights, found, observer)
-            }
+            Self::Modal { modal, .. } => stability(modal, phase, flights, found, observer),
             Self::Stepped { motion, .. } => {
                 let judge = IntegratedJudge { maps: motion };
-                let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights, pattern);
-                let along = (pattern, flights);
+                let is_coupled = |a: usize, b: usize| judge.is_coupled(a, b, flights);
                 let (watched, watch) = motion.watched();
                 let stability =
-                    over_flights(&watched, along, unpaired, found, is_coupled, observer)?;
+                    over_flights(&watched, flights, unpaired, found, is_coupled, observer)?;
                 Ok(match watch.noted() {
                     None => stability,
                     Some([_, doubt]) => Stability::undefined(doubt.reason()),
@@ -315,62 +291,33 @@ impl OrbitMotion {
     }
 }
 
-/// Whether an orbit holds stops, or has impacts that accumulate.
-fn has_lasting_contact(flights: &[Flight]) -> bool {
-    flights
-        .iter()
-        .any(|flight| flight.mode != ContactMode::struck())
-}
-
-/// The stops of each instant that were not held before it.
-fn newly_struck(pattern: &Pattern, flights: &[Flight]) -> Vec<Vec<usize>> {
-    let starts = struck(flights.iter().map(|flight| &flight.mode));
-    let each = pattern.instants().iter().zip(starts).map(|(instant, k)| {
-        let before = flights[(k + flights.len() - 1) % flights.len()]
-            .mode
-            .lasting();
-        let new = instant
-            .iter()
-            .copied()
-            .filter(|&stop| before.leaves_free(stop));
-        new.collect()
-    });
-    each.collect()
+/// Whether an orbit has lasting contact, or impacts that accumulate.
+fn has_lasting_contact(flights: &[OrbitArc]) -> bool {
+    !flights.iter().all(OrbitArc::is_flight)
 }
 
 /// The impacts but those that a stop in lasting contact receives with another's: it is neither approached nor left.
-fn struck_free(pattern: &Pattern, flights: &[Flight], impacts: &[Impact]) -> Vec<Impact> {
-    let new = newly_struck(pattern, flights);
-    let whole = pattern.instants().iter().zip(&new);
-    let is_new = whole.flat_map(|(all, new)| all.iter().map(|stop| new.contains(stop)));
+fn struck_free(flights: &[OrbitArc], impacts: &[Impact]) -> Vec<Impact> {
+    let whole = hits(flights).zip(closing(flights));
+    let is_new = whole.flat_map(|(all, new)| all.iter().map(move |stop| new.contains(stop)));
     let judged = impacts.iter().zip(is_new).filter(|(_, is_new)| *is_new);
     judged.map(|(impact, _)| *impact).collect()
 }
 
-/// Multipliers from flights and instants as the shooting has them.
+/// Multipliers from arcs as the shooting has them.
 fn over_flights<M: HybridMaps>(
     motion: &M,
-    (pattern, flights): (&Pattern, &[Flight]),
+    flights: &[OrbitArc],
     state: impl Fn(&ModalState) -> DVector<f64>,
     found: &Admissibility,
     is_coupled: impl Fn(usize, usize) -> bool,
     observer: &mut Observer,
 ) -> Result<Stability> {
-    let new = newly_struck(pattern, flights);
-    if let Some(refused) = refused(&new, found, is_coupled) {
-        return Ok(refused);
-    }
-    let arcs: Vec<MonodromyFlight<'_>> = flights
-        .iter()
-        .map(|f| MonodromyFlight {
-            start: f.start,
-            end: f.start + f.span,
-            state: state(&f.after),
-            mode: &f.mode,
-        })
-        .collect();
-    over_orders(&new, |order| {
+    let arcs: Vec<_> = flights.iter().map(|own| own.clone().map(&state)).collect();
+    over_orders(&closing(flights), (found, is_coupled), |order| {
         observer.ask()?;
-        monodromy(motion, pattern.instants(), order, &arcs)
+        let mut monodromy = DMatrix::identity(arcs[0].after.len(), arcs[0].after.len());
+        transport(motion, order, &arcs, &mut monodromy)?;
+        Ok(monodromy)
     })
 }

@@ -4,7 +4,7 @@ use crate::error::{Result, digits};
 use crate::flow::ModalScene;
 use crate::model::{Change, Scene, StopNumber};
 use crate::observer::Observer;
-use crate::orbit::flights::OrbitData;
+use crate::orbit::orbit_data::OrbitData;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;

@@ -6,7 +6,7 @@ use crate::impact::Impact;
 use crate::model::{Change, Forcing, PhysicalState, Scene};
 use crate::observer::{Observer, unobserved};
 use crate::orbit::extremes::{Along, Extremes};
-use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::paper_coefficients::{Coefficients, coefficients};
 use crate::orbit::pattern::Pattern;
@@ -31,7 +31,7 @@ pub struct PeriodicOrbit {
     n_periods: usize,
     period: f64,
     phase: f64,
-    flights: Vec<Flight>,
+    flights: Vec<OrbitArc>,
     impacts: Vec<Impact>,
     path: OnceLock<Path>,
     /// What stops give on each segment of the path.
@@ -59,10 +59,10 @@ impl PeriodicOrbit {
             impulses,
             ..
         } = parts;
-        if !flights.iter().all(Flight::is_finite) {
+        if !flights.iter().all(OrbitArc::is_finite) {
             return Err(outgrown());
         }
-        let impacts = motion.impacts(&pattern, phase, &flights, &impulses)?;
+        let impacts = motion.impacts(phase, &flights, &impulses)?;
         let rounds = scene.has_stop_motion() || matches!(scene.forcing(), Forcing::Several(_));
         Ok(Self {
             unturned: rounds.then(|| Box::new(scene.clone())),
@@ -123,18 +123,17 @@ impl PeriodicOrbit {
 
     /// By how much the motion misses its own beginning, relative to its size, where that is more than rounding explains.
     pub(super) fn lost(&self) -> Option<f64> {
-        self.motion.lost(&self.pattern, self.phase, &self.flights)
+        self.motion.lost(self.phase, &self.flights)
     }
 
     /// By how much the motion misses its own ends by another route than the one that made it, in parts of its size or of some units of
     /// positions and velocities, where that is more than rounding explains.
     pub(crate) fn closure_defect(&self, least: [f64; 2]) -> Result<Option<f64>> {
-        let from = (&self.pattern, self.phase);
-        self.motion.closure_defect(from, &self.flights, least)
+        self.motion.closure_defect(self.phase, &self.flights, least)
     }
 
     /// Its flights.
-    pub(crate) fn flights(&self) -> &[Flight] {
+    pub(crate) fn flights(&self) -> &[OrbitArc] {
         &self.flights
     }
 
@@ -154,13 +153,13 @@ impl PeriodicOrbit {
 
     /// The parts of one period, each once, with the stops in contact.
     pub(crate) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
-        let flights = self.flights.iter().enumerate();
-        flights.map(|(segment, flight)| Stretch {
+        let flights = self.flights.iter().zip(&self.path().parts.segments);
+        flights.enumerate().map(|(segment, (flight, own))| Stretch {
             segment,
-            kind: flight.mode.kind,
-            regime: &flight.mode.regime,
+            kind: own.kind,
+            regime: &own.regime,
             start: flight.start,
-            end: flight.start + flight.span,
+            end: flight.end,
         })
     }
 
@@ -268,7 +267,7 @@ impl PeriodicOrbit {
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
     /// to lasting contact.
     pub fn coefficients(&self) -> Option<Coefficients> {
-        if !self.flights[0].mode.is_flight() {
+        if !self.flights[0].is_flight() {
             return None;
         }
         coefficients(
@@ -288,13 +287,9 @@ impl PeriodicOrbit {
         if let Some(known) = self.admissibility.get() {
             return Ok(known);
         }
-        let found = self.motion.admissibility(
-            &self.pattern,
-            self.phase,
-            &self.flights,
-            &self.impacts,
-            observer,
-        )?;
+        let found =
+            self.motion
+                .admissibility(self.phase, &self.flights, &self.impacts, observer)?;
         Ok(self.admissibility.get_or_init(|| found))
     }
 
@@ -371,7 +366,6 @@ impl PeriodicOrbit {
         Along {
             scene: &self.scene,
             path: self.path(),
-            pattern: &self.pattern,
             flights: &self.flights,
         }
     }
@@ -399,13 +393,9 @@ impl PeriodicOrbit {
         let n = self.scene.n_dof();
         room_for("the monodromy matrix", 2 * n, 6 * n)?;
         let admissibility = self.judged(observer)?;
-        let found = self.motion.stability(
-            &self.pattern,
-            self.phase,
-            &self.flights,
-            admissibility,
-            observer,
-        )?;
+        let found = self
+            .motion
+            .stability(self.phase, &self.flights, admissibility, observer)?;
         Ok(self.stability.get_or_init(|| found))
     }
 }

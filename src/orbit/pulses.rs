@@ -6,11 +6,12 @@ use crate::error::Result;
 use crate::flow::{ModalScene, along};
 use crate::hybrid::ScaledUnits;
 use crate::impact::wrapped;
-use crate::law::{Stage, Transition};
+use crate::itinerary::Itinerary;
+use crate::law::Stage;
 use crate::linalg::plane::{Pair, plus, times};
 use crate::modal::{Block, Form, ModalForm, ModalState, Response};
 use crate::model::{Moment, Scene, contacts};
-use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::tolerance::DECAYING_MODE;
@@ -89,26 +90,15 @@ impl Pulses {
     pub fn new(
         scene: &Scene,
         modal: &Arc<ModalScene>,
-        (stages, period): (&[Stage], f64),
+        (itinerary, period): (&Itinerary, f64),
         others: Option<&Self>,
     ) -> Option<Self> {
         if !modal.signals.is_empty() {
             return None;
         }
         let contacts = contacts(scene);
-        let mut hits = Vec::with_capacity(stages.len());
-        // A motion without impacts has none.
-        let is_empty = matches!(stages, [only] if only.transition == Transition::Nothing && only.regime.is_free());
-        for stage in stages.iter().filter(|_| !is_empty) {
-            let Transition::Strike(stops) = &stage.transition else {
-                return None;
-            };
-            let &[stop] = stops.as_slice() else {
-                return None;
-            };
-            if !stage.regime.is_free() {
-                return None;
-            }
+        let mut hits = Vec::with_capacity(itinerary.len());
+        for stop in itinerary.single_impacts()? {
             let weight = along(&modal.velocity_rows[stop], &modal.jumps[stop]);
             let size = modal.geometry.normals.column(stop).amax();
             let jumps = modal.jumps[stop].iter();
@@ -377,14 +367,21 @@ impl Pulses {
         let flights = (0..count).map(|i| {
             let span = self.since(&train.times, (i + 1) % count, i);
             let after = self.after_impact(i, &before[i], train.changes[i]);
-            let own = Flight::struck([elapsed, span], after, before[(i + 1) % count].clone());
+            let states = [after, before[(i + 1) % count].clone()];
+            let stage = Stage::impact(&[self.hits[i].stop]);
+            let own = OrbitArc::over(stage, [elapsed, span], states);
             elapsed += span;
             own
         });
-        let mut flights: Vec<Flight> = flights.collect();
+        let mut flights: Vec<OrbitArc> = flights.collect();
         if flights.is_empty() {
             let state = self.steady_at(begin);
-            flights.push(Flight::struck([0.0, self.period], state.clone(), state));
+            let states = [state.clone(), state];
+            flights.push(OrbitArc::over(
+                Stage::impact(&[]),
+                [0.0, self.period],
+                states,
+            ));
         }
         let hits = self.hits.iter().map(|hit| vec![hit.stop]);
         let parts = OrbitData {

@@ -2,11 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
-use crate::hybrid::IntegratedMaps;
+use crate::hybrid::{IntegratedMaps, SegmentKind};
+use crate::law::{Regime, Stage, Transition};
 use crate::modal::Pair;
 use crate::model::Scene;
-use crate::orbit::contact_mode::{ContactMode, SavedMode};
-use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
@@ -14,6 +14,37 @@ use crate::orbit::problem::check_turns;
 use crate::path::{ORBIT, check_motion};
 use crate::tolerance::PERIOD_TOL;
 use std::sync::Arc;
+
+/// What one flight of an orbit is as plain numbers: the kind of motion, the stops in contact, whether it begins with an instant of the
+/// pattern, the stop let go at its start.
+pub type SavedMode = (SegmentKind, Vec<usize>, bool, Option<usize>);
+
+/// The arc as a saved mode.
+fn saved(arc: &OrbitArc) -> SavedMode {
+    let (kind, regime) = arc.drawn();
+    let transition = &arc.stage.transition;
+    let is_struck = transition.is_strike() || transition.is_nothing() && arc.is_flight();
+    (kind, regime.written(), is_struck, arc.departure())
+}
+
+/// The stage of the arc that was saved as a mode; `struck` are the stops of the instant with which it begins, if it does.
+fn restored(
+    (kind, stops, is_struck, released): &SavedMode,
+    mut struck: impl FnMut() -> Stage,
+) -> Stage {
+    let transition = match (kind, released, stops.first()) {
+        (SegmentKind::Chatter, _, Some(stop)) => {
+            return Stage::free(Transition::Chatter(*stop));
+        }
+        _ if *is_struck => struck().transition,
+        (_, Some(stop), _) => Transition::Release(*stop),
+        _ => Transition::Nothing,
+    };
+    Stage {
+        transition,
+        regime: Regime::read(stops),
+    }
+}
 
 /// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
 /// next instant, flight by flight), impulses.
@@ -49,11 +80,7 @@ impl PeriodicOrbit {
             spans: self.flights().iter().map(|f| f.span).collect(),
             states: states.copied().collect(),
             impulses: self.impacts().iter().map(|i| i.impulse).collect(),
-            modes: self
-                .flights()
-                .iter()
-                .map(|flight| flight.mode.saved())
-                .collect(),
+            modes: self.flights().iter().map(saved).collect(),
         }
     }
 
@@ -75,19 +102,16 @@ impl PeriodicOrbit {
         let pairs: Vec<Pair> = saved.states.chunks(2).map(|z| [z[0], z[1]]).collect();
         let mut start = 0.0;
         let mut flights = Vec::new();
+        let mut instants = pattern.instants().iter();
+        let mut struck = || Stage::impact(instants.next().map_or(&[], |stops| stops));
         for (k, (span, states)) in saved.spans.iter().zip(pairs.chunks(2 * n)).enumerate() {
             let after = states[..n].to_vec().into();
             let before_next = states[n..].to_vec().into();
-            flights.push(Flight {
-                start,
-                span: *span,
-                after,
-                before_next,
-                mode: saved
-                    .modes
-                    .get(k)
-                    .map_or_else(ContactMode::struck, ContactMode::restored),
-            });
+            let stage = match saved.modes.get(k) {
+                Some(mode) => restored(mode, &mut struck),
+                None => struck(),
+            };
+            flights.push(OrbitArc::over(stage, [start, *span], [after, before_next]));
             start += span;
         }
         let SavedOrbit {

@@ -1,6 +1,6 @@
 //! What a solver found of a periodic problem: the parts of each orbit, and what is to be said of all.
 
-use crate::orbit::flights::OrbitData;
+use crate::orbit::orbit_data::OrbitData;
 use nalgebra::DMatrix;
 
 /// The solutions of a problem.

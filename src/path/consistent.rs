@@ -138,7 +138,7 @@ impl Kept<'_> {
     /// The velocity of an arc that is known by polynomials changes by what the scene's accelerations give.
     fn check_momentum(&self, arc: usize) -> Result<()> {
         let ([(_, start), (_, end)], span) = (&self.ends[arc], self.path.arc(arc).span);
-        if self.path.is_chatter(arc) || span == 0.0 {
+        if self.path.is_rest(arc) || span == 0.0 {
             return Ok(());
         }
         let mut left = end - start;

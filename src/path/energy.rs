@@ -197,8 +197,8 @@ impl<'a> Ledger<'a> {
         let equations = &self.equations;
         let (actual, forces) = equations.regime_acceleration(regime, at, q, v)?;
         let pushed = equations.free_acceleration(at, q, v)? - actual;
-        let works = regime.constrained().iter().zip(&forces);
-        let works = works.map(|(&stop, force)| -force * equations.stop_speed(stop, at));
+        let works = forces.iter();
+        let works = works.map(|&(stop, force)| -force * equations.stop_speed(stop, at));
         Ok([self.energetics.inertial_work(q, v, &pushed)?, works.sum()])
     }
 }

@@ -97,7 +97,7 @@ impl<'a> PathEquations<'a> {
         Ok(a)
     }
 
-    /// The acceleration in a regime, and the force of each stop that it holds.
+    /// The acceleration in a regime, and the stops that it holds with their forces.
     ///
     /// # Errors
     /// What the functions of a nonlinear system or stop report.
@@ -107,7 +107,7 @@ impl<'a> PathEquations<'a> {
         at: Moment,
         q: &DVector<f64>,
         v: &DVector<f64>,
-    ) -> Result<(DVector<f64>, Vec<f64>)> {
+    ) -> Result<(DVector<f64>, Vec<(usize, f64)>)> {
         let motion = RegimeDynamics {
             dynamics: &self.dynamics,
             system: self.system,
@@ -115,7 +115,7 @@ impl<'a> PathEquations<'a> {
             regime: regime.clone(),
         };
         let mut a = DVector::zeros(q.len());
-        let forces = motion.forces(at, q.as_slice(), v.as_slice(), a.as_mut_slice())?;
+        let forces = motion.element_forces(at, q.as_slice(), v.as_slice(), a.as_mut_slice())?;
         Ok((a, forces))
     }
 
@@ -140,14 +140,14 @@ impl<'a> PathEquations<'a> {
         (q, v): &PhysicalState,
     ) -> Result<f64> {
         let regime = self.path.regime_of(point.arc);
-        let place = regime.constrained().iter().position(|&held| held == stop);
-        let Some(place) = place.filter(|_| !self.path.is_chatter(point.arc)) else {
+        if self.path.is_rest(point.arc) || regime.leaves_free(stop) {
             return Ok(0.0);
-        };
+        }
         let at = self.moment(point.arc, point.local);
         let (_, forces) = self.regime_acceleration(regime, at, q, v)?;
+        let own = forces.iter().find(|own| own.0 == stop);
         // Where it is let go the force is zero to rounding.
-        Ok(forces[place].max(0.0))
+        Ok(own.map_or(0.0, |own| own.1.max(0.0)))
     }
 
     /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the

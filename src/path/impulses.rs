@@ -207,9 +207,9 @@ impl<'a> Impulses<'a> {
             let moment = self.equations.moment(arc, at);
             let (a, mut forces) = self.equations.regime_acceleration(regime, moment, &q, &v)?;
             if let Some(fast) = &fast {
-                subtract(&mut forces, fast.of(&v, &a));
+                subtract(forces.iter_mut().map(|own| &mut own.1), fast.of(&v, &a));
             }
-            for (sum, force) in sums.iter_mut().zip(forces) {
+            for (sum, (_, force)) in sums.iter_mut().zip(forces) {
                 *sum += weight * force;
             }
             Ok(())
@@ -217,7 +217,7 @@ impl<'a> Impulses<'a> {
         if let Some(fast) = &fast {
             let [start, end] = [from, to].map(|at| self.path.state_in(arc, at));
             let mut change = fast.of(&end.0, &end.1);
-            subtract(&mut change, fast.of(&start.0, &start.1));
+            subtract(change.iter_mut(), fast.of(&start.0, &start.1));
             for (sum, change) in sums.iter_mut().zip(change) {
                 *sum += change;
             }
@@ -226,8 +226,8 @@ impl<'a> Impulses<'a> {
     }
 }
 
-fn subtract(from: &mut [f64], values: Vec<f64>) {
-    for (from, value) in from.iter_mut().zip(values) {
+fn subtract<'a>(from: impl Iterator<Item = &'a mut f64>, values: Vec<f64>) {
+    for (from, value) in from.zip(values) {
         *from -= value;
     }
 }
@@ -236,16 +236,16 @@ fn subtract(from: &mut [f64], values: Vec<f64>) {
 /// the stops held beside them.
 fn jumps(path: &Path, equations: &PathEquations<'_>) -> Result<Vec<Jump>> {
     let parts = &path.parts;
-    let is_chatter = |k: usize| parts.segments[k].is_chatter();
+    let is_rest = |k: usize| parts.segments[k].accumulation().is_some();
     let takes_time = |k: usize| {
         parts.arcs[parts.arcs_of(k)]
             .iter()
             .any(|arc| arc.span > 0.0)
     };
     let (mut all, mut next) = (Vec::new(), 0);
-    while let Some(first) = (next..parts.segments.len()).find(|&k| is_chatter(k)) {
+    while let Some(first) = (next..parts.segments.len()).find(|&k| is_rest(k)) {
         let later = first..parts.segments.len();
-        let spent = later.take_while(|&k| is_chatter(k) && !takes_time(k));
+        let spent = later.take_while(|&k| is_rest(k) && !takes_time(k));
         next = first + spent.count();
         let (before, after) = (parts.arcs_of(first).start, parts.segments.get(next));
         if let (Some(before), Some(after)) = (before.checked_sub(1), after)
@@ -268,7 +268,7 @@ fn jumps(path: &Path, equations: &PathEquations<'_>) -> Result<Vec<Jump>> {
                     }),
             );
         }
-        next += usize::from(next < parts.segments.len() && is_chatter(next));
+        next += usize::from(next < parts.segments.len() && is_rest(next));
     }
     Ok(all)
 }

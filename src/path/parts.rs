@@ -52,9 +52,9 @@ pub(crate) struct PathParts {
 }
 
 impl PathSegment {
-    /// Whether it is the rest of impacts that accumulate.
-    pub fn is_chatter(&self) -> bool {
-        self.kind == SegmentKind::Chatter
+    /// The element whose impacts accumulate along it: it is the rest of them.
+    pub fn accumulation(&self) -> Option<usize> {
+        self.kind.accumulation(&self.regime)
     }
 }
 

@@ -157,7 +157,7 @@ impl Path {
     }
 
     /// Whether an arc is the rest of impacts that accumulate.
-    pub fn is_chatter(&self, arc: usize) -> bool {
-        self.parts.segment_of(arc).is_chatter()
+    pub fn is_rest(&self, arc: usize) -> bool {
+        self.parts.segment_of(arc).accumulation().is_some()
     }
 }

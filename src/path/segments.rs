@@ -41,14 +41,14 @@ pub(crate) struct Stretch<'a> {
 }
 
 impl<'a> Stretch<'a> {
-    /// Whether it is the rest of impacts that accumulate.
-    pub fn is_chatter(&self) -> bool {
-        self.kind == SegmentKind::Chatter
+    /// The element whose impacts accumulate along it: it is the rest of them.
+    pub fn accumulation(&self) -> Option<usize> {
+        self.kind.accumulation(self.regime)
     }
 
-    /// Whether it is lasting contact.
-    pub fn is_stick(&self) -> bool {
-        self.kind == SegmentKind::Stick
+    /// The regime that lasts along it: the free one where impacts accumulate.
+    pub fn lasting(&self) -> &'a Regime {
+        self.kind.lasting(self.regime)
     }
 
     /// The stops in contact.
@@ -61,13 +61,8 @@ impl<'a> Stretch<'a> {
         let Self {
             kind, start, end, ..
         } = self;
-        // Beside impacts that accumulate on one stop, the first, others are held.
-        let kind_of = move |place: usize| match kind {
-            SegmentKind::Chatter if place > 0 => SegmentKind::Stick,
-            kind => kind,
-        };
         let row = move |(place, (stop, impulse))| Segment {
-            kind: kind_of(place),
+            kind: kind.at_place(place),
             stop,
             start,
             end,

@@ -601,7 +601,7 @@ impl PyOrbit {
             list(&o.q0()),
             list(&o.v0()),
         );
-        let lasting = o.stretches().filter(|s| s.kind == SegmentKind::Stick);
+        let lasting = o.stretches().filter(|s| !s.lasting().is_free());
         for part in lasting {
             let Stretch { start, end, .. } = part;
             for stop in part.stops() {

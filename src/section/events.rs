@@ -1,6 +1,5 @@
 //! The impacts of a motion as events: those that accumulate until a stop is at rest are one, at their end.
 
-use crate::hybrid::SegmentKind;
 use crate::impact::Impact;
 use crate::path::Stretch;
 
@@ -23,14 +22,12 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Impac
         stop: impact.stop,
         speed_before: impact.approach,
     };
-    for part in stretches
-        .iter()
-        .filter(|part| part.kind == SegmentKind::Chatter)
-    {
+    let resting = |part: &&Stretch<'_>| part.accumulation().is_some();
+    for part in stretches.iter().filter(resting) {
         while let Some(impact) = rest.next_if(|impact| impact.time <= part.start) {
             all.push(event(impact));
         }
-        if let Some(&stop) = part.stops().first() {
+        if let Some(stop) = part.accumulation() {
             let mut last = 0.0;
             while let Some(before) = all.pop_if(|e| e.stop == stop && e.speed_before > last) {
                 last = before.speed_before;
@@ -49,6 +46,7 @@ pub(crate) fn events(impacts: &[Impact], stretches: &[Stretch<'_>]) -> Vec<Impac
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hybrid::SegmentKind;
     use crate::law::Regime;
 
     fn impact(time: f64, stop: usize, approach: f64) -> Impact {

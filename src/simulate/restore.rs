@@ -158,13 +158,7 @@ impl Trajectory {
 /// A motion that is kept as plain numbers.
 fn numbers(path: &Path) -> SavedMotion {
     let parts = &path.parts;
-    let named = |s: &PathSegment| {
-        (
-            s.kind.name().to_owned(),
-            s.regime.constrained().to_vec(),
-            s.first,
-        )
-    };
+    let named = |s: &PathSegment| (s.kind.name().to_owned(), s.regime.written(), s.first);
     let reading = |f: &PathArc| {
         let [time, rest] = f.clock.reading();
         [time, rest, f.span]
@@ -225,7 +219,7 @@ fn kept(
         let kind = SegmentKind::from_name(name)?;
         let kept = PathSegment {
             kind,
-            regime: Regime::holding(stops.as_slice()),
+            regime: Regime::read(stops),
             first: *first,
             offset,
         };

@@ -369,7 +369,7 @@ fn one_instant(
     if phases.points.is_empty() {
         return Ok(NO_ORBIT);
     }
-    let candidate = |solution| UnrankedOrbit::new(scene, pattern, solution);
+    let candidate = |solution| UnrankedOrbit::new(scene, solution);
     let mut candidates: Vec<UnrankedOrbit> = phases
         .points
         .iter()
@@ -378,13 +378,13 @@ fn one_instant(
     if !candidates.iter().all(|c| c.solution.flight.is_finite()) {
         return Ok(NO_ORBIT);
     }
-    judge_all(scene, pattern, &mut candidates, observer)?;
+    judge_all(scene, &mut candidates, observer)?;
     if candidates.is_empty() {
         return Ok(NO_ORBIT);
     }
     let rulings: Vec<Ruling> = candidates.iter().map(UnrankedOrbit::ruling).collect();
     let is_stable = |radius: Option<f64>| radius.and_then(decides) == Some(true);
-    let mut radius = |i: usize| candidates[i].largest_multiplier(scene, pattern, observer);
+    let mut radius = |i: usize| candidates[i].largest_multiplier(scene, observer);
     let first = ranking(scene.form.n_dof(), &rulings, |i| Ok(is_stable(radius(i)?)))?[0];
     let (is_admissible, radius) = (rulings[first] == Ruling::Admissible, radius(first)?);
     Ok(ExistencePoint {

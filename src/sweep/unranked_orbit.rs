@@ -6,9 +6,7 @@ use crate::event::walk::StopDepth;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
 use crate::observer::Observer;
-use crate::orbit::{
-    Admissibility, Judge, Pattern, Ruling, Solution, largest_multiplier, list_impacts,
-};
+use crate::orbit::{Admissibility, Judge, Ruling, Solution, largest_multiplier, list_impacts};
 use crate::tolerance::{DISTINCT, ROUGH_MULTIPLIER};
 
 /// One orbit at a point of a map, with what the map needs of it.
@@ -19,15 +17,9 @@ pub(super) struct UnrankedOrbit {
 }
 
 impl UnrankedOrbit {
-    pub fn new(scene: &ModalScene, pattern: &Pattern, solution: Solution) -> Self {
+    pub fn new(scene: &ModalScene, solution: Solution) -> Self {
         let flights = std::slice::from_ref(&solution.flight);
-        let impacts = list_impacts(
-            scene,
-            pattern,
-            solution.phase,
-            flights,
-            solution.impulses.as_slice(),
-        );
+        let impacts = list_impacts(scene, solution.phase, flights, solution.impulses.as_slice());
         Self {
             solution,
             impacts,
@@ -61,13 +53,11 @@ impl UnrankedOrbit {
     pub fn largest_multiplier(
         &self,
         scene: &ModalScene,
-        pattern: &Pattern,
         observer: &mut Observer,
     ) -> Result<Option<f64>> {
         let flights = std::slice::from_ref(&self.solution.flight);
         largest_multiplier(
             scene,
-            pattern.instants(),
             self.solution.phase,
             flights,
             &self.admissibility,
@@ -80,7 +70,6 @@ impl UnrankedOrbit {
 /// one is not followed to its end, and exact depths are computed only where two are near each other.
 pub(super) fn judge_all(
     scene: &ModalScene,
-    pattern: &Pattern,
     candidates: &mut Vec<UnrankedOrbit>,
     observer: &mut Observer,
 ) -> Result<()> {
@@ -89,7 +78,7 @@ pub(super) fn judge_all(
         let flights = std::slice::from_ref(&c.solution.flight);
         (c.solution.phase, flights)
     });
-    let mut closed = judge.are_closed(pattern, motions).into_iter();
+    let mut closed = judge.are_closed(motions).into_iter();
     candidates.retain(|_| closed.next() == Some(true));
     let mut least = f64::INFINITY;
     for candidate in candidates.iter_mut() {

@@ -5,7 +5,7 @@ use crate::sources::{code, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
-const LAYERS: [&[&str]; 23] = [
+const LAYERS: [&[&str]; 24] = [
     &["tolerance"],
     &["error", "quantity", "linalg", "observer"],
     &["law"],
@@ -18,6 +18,7 @@ const LAYERS: [&[&str]; 23] = [
     &["path"],
     &["recurrence"],
     &["simulate"],
+    &["itinerary"],
     &["orbit"],
     &["continuation"],
     &["section"],

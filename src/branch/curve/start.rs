@@ -4,10 +4,10 @@ use crate::branch::curve::condition::Condition;
 use crate::branch::curve::problem::{CurveProblem, RecentScenesOfBoth, TwoParameterLoop};
 use crate::branch::parametric_loop::ParametricLoop;
 use crate::branch::problem::BranchProblem;
-use crate::branch::shooting_nodes::{period, turned};
+use crate::branch::shooting_nodes::period;
 use crate::branch::special::{Special, SpecialKind};
 use crate::error::{Error, Result};
-use crate::law::Transition;
+use crate::itinerary::turned;
 use crate::model::Scene;
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::HIT_AT_CORNER;
@@ -130,9 +130,8 @@ fn is_hit(problem: &BranchProblem<'_>, place: &ParametricLoop, (stop, time): (us
 
 /// The impact that is nearest to a time.
 fn nearest_strike(problem: &BranchProblem<'_>, place: &ParametricLoop, time: f64) -> Option<usize> {
-    let stages = problem.signature.stages.iter().enumerate();
-    let strikes = stages.filter(|(_, stage)| matches!(stage.transition, Transition::Strike(_)));
-    let each = strikes.map(|(instant, _)| (apart(problem, place, (instant, time)), instant));
+    let strikes = problem.signature.stages.impacts();
+    let each = strikes.map(|instant| (apart(problem, place, (instant, time)), instant));
     each.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
 }
 
@@ -148,14 +147,11 @@ fn together<'a>(
     let whole = period(&place.state);
     instants = turned(instants, first, whole);
     let one = instants.remove(0);
-    let (Transition::Strike(mut stops), Transition::Strike(others)) =
-        (one.stage.transition, instants[0].stage.transition.clone())
-    else {
+    let next = &mut instants[0].stage.transition;
+    let Some(both) = one.stage.transition.together(next) else {
         return Ok(None);
     };
-    stops.extend(others);
-    stops.sort_unstable();
-    instants[0].stage.transition = Transition::Strike(stops);
+    *next = both;
     let length = (whole, problem.signature.n_periods);
     problem
         .with_instants(place.value, instants, length)

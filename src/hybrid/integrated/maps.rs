@@ -272,10 +272,10 @@ impl IntegratedMaps {
     }
 
     /// The contact forces of what the regime holds.
-    pub fn forces(&self, regime: &Regime, at: Moment, x: &[f64]) -> Result<Vec<f64>> {
+    pub fn forces(&self, regime: &Regime, at: Moment, x: &[f64]) -> Result<Vec<(usize, f64)>> {
         let (q, v) = x.split_at(x.len() / 2);
         let mut a = vec![0.0; q.len()];
-        self.in_regime(regime).forces(at, q, v, &mut a)
+        self.in_regime(regime).element_forces(at, q, v, &mut a)
     }
 
     /// The reaction of a stop at a position.

@@ -3,13 +3,14 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::wrapped;
+use crate::law::Stage;
 use crate::model::Moment;
-use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::contact_phases;
 use crate::orbit::one_instant::one_stop;
 use crate::orbit::one_instant::periodic_conditions::{PeriodicConditions, Rows};
 use crate::orbit::one_instant::phases::{PhaseSolutions, meet_circle};
 use crate::orbit::one_instant::refine::settle_speeds;
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
 use crate::tolerance::SOLVABLE;
@@ -19,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Solution {
     /// The forcing phase at the instant \[rad\], in [0, 2 pi).
     pub phase: f64,
-    pub flight: Flight,
+    pub flight: OrbitArc,
     /// In the order of the stops hit, shape (stops hit,), [N s].
     pub impulses: DVector<f64>,
 }
@@ -39,7 +40,11 @@ impl Solution {
         let before_next = conditions.state_before(&after, &impulses);
         Ok(Self {
             phase: wrapped(u[1].atan2(u[0])),
-            flight: Flight::struck([0.0, period], after, before_next),
+            flight: OrbitArc::over(
+                Stage::impact(conditions.stops),
+                [0.0, period],
+                [after, before_next],
+            ),
             impulses,
         })
     }

@@ -12,7 +12,8 @@
 use crate::error::Result;
 use crate::hybrid::chatter_map::Chatter;
 use crate::hybrid::{GapAt, HybridMaps, ScaledUnits, Timed, condition, pass};
-use crate::law::{Regime, Stage};
+use crate::itinerary::{ArcEnd, Instant, Itinerary, MotionArc, arcs_of};
+use crate::law::Regime;
 use crate::observer::unless_broken_off;
 
 use crate::tolerance::{FREE_DIRECTION, WEAK_DIRECTION};
@@ -45,21 +46,47 @@ impl ShootingState {
         }
     }
 
+    /// The motion that some instants are, up to an end, and what happens along it.
+    pub fn of_instants(instants: Vec<Instant>, end: f64) -> (Itinerary, Self) {
+        let (mut stages, mut motion) = (Itinerary::default(), Self::default());
+        for instant in instants {
+            stages.push(instant.stage);
+            motion.times.push(instant.time);
+            motion.starts.push(instant.start);
+            motion.states.push(instant.state);
+        }
+        motion.times.push(end);
+        (stages, motion)
+    }
+
+    /// The instants of the motion, with what happens at them.
+    pub fn instants(&self, stages: &Itinerary) -> Vec<Instant> {
+        let times = self.times.iter().zip(&self.starts);
+        let each = stages.iter().zip(times).zip(&self.states);
+        let each = each.map(|((stage, (&time, &start)), state)| Instant {
+            stage: stage.clone(),
+            time,
+            start,
+            state: state.clone(),
+        });
+        each.collect()
+    }
+
+    /// Its arcs, given what happens along it and the ends of its flights.
+    pub fn arcs<M: HybridMaps + ?Sized>(
+        &self,
+        stages: &Itinerary,
+        arc_ends: &[ArcEnd],
+        motion: &M,
+    ) -> Result<Vec<MotionArc<DVector<f64>>>> {
+        let end = self.times[self.states.len()];
+        arcs_of(&self.instants(stages), end, arc_ends, motion)
+    }
+
     /// The start of flight k, the one after the last being the first of the next period.
     pub(super) fn start(&self, k: usize) -> f64 {
         self.starts.get(k).copied().unwrap_or(self.times[k])
     }
-}
-
-/// The end of a flight: the state and what happens to it there.
-#[derive(Debug, Clone)]
-pub(crate) struct FlightEnd {
-    /// The state (q, v) before the instant, shape (2n,), [m, m/s].
-    pub before: DVector<f64>,
-    /// The impulses of the stops struck together there, shape (stops struck,), [N s].
-    pub impulses: Vec<f64>,
-    /// The impacts that accumulate from there.
-    pub chatter: Option<Chatter>,
 }
 
 /// Which times are unknown.
@@ -74,7 +101,7 @@ pub(crate) enum Clocked {
 /// One periodic problem.
 pub(crate) struct Shooting<'a> {
     pub motion: &'a dyn HybridMaps,
-    pub stages: &'a [Stage],
+    pub stages: &'a Itinerary,
     pub clocked: Clocked,
     /// The image of each stop, where a motion closes half a period later with its mirror image.
     pub images: Option<&'a [usize]>,
@@ -88,26 +115,19 @@ pub(crate) const WEAK_EXACT: [f64; 2] = [FREE_DIRECTION, WEAK_DIRECTION];
 pub(crate) const WEAK_INTEGRATED: [f64; 2] = [WEAK_DIRECTION, FREE_DIRECTION];
 
 impl Shooting<'_> {
-    fn stage(&self, k: usize) -> &Stage {
-        &self.stages[k % self.stages.len()]
-    }
-
     /// The regime after instant k.
     pub(super) fn regime(&self, k: usize) -> &Regime {
-        &self.stage(k).regime
+        &self.stages.stage(k).regime
     }
 
-    /// The stops struck at instant k that were not held before it, whose gaps are conditions.
-    pub(crate) fn newly_struck(&self, k: usize) -> impl Iterator<Item = usize> {
-        let stops = self.stage(k).transition.struck();
-        let before = self.regime(k + self.stages.len() - 1);
+    /// The stops hit at instant k whose gaps are conditions: they were free before it.
+    pub(crate) fn closing(&self, k: usize) -> Vec<usize> {
+        let (before, transition) = (self.stages.before(k), &self.stages.stage(k).transition);
         let is_first = k.is_multiple_of(self.stages.len());
-        let images = self.images.filter(|_| is_first);
-        let is_held = move |stop: &usize| match images {
-            Some(images) => !before.mirrored(images).leaves_free(*stop),
-            None => !before.leaves_free(*stop),
-        };
-        stops.iter().copied().filter(move |stop| !is_held(stop))
+        match self.images.filter(|_| is_first) {
+            Some(images) => transition.closing(&before.mirrored(images)).collect(),
+            None => transition.closing(before).collect(),
+        }
     }
 
     /// Whether flight k is to close with its mirror image.
@@ -135,7 +155,7 @@ impl Shooting<'_> {
 
     /// How many times are unknown.
     pub(super) fn n_times(&self) -> usize {
-        if self.stage(0).transition.is_nothing() {
+        if self.stages.is_uneventful() {
             0
         } else {
             self.stages.len()
@@ -158,7 +178,7 @@ impl Shooting<'_> {
         units: &ScaledUnits,
         y: &mut Timed,
     ) -> Result<(Vec<f64>, Option<Chatter>)> {
-        pass(self.motion, &self.stage(k).transition, units, y)
+        pass(self.motion, &self.stages.stage(k).transition, units, y)
     }
 
     /// The condition of instant k on a state before it and on its time, scaled, with what deviations make of it; a stop
@@ -169,7 +189,7 @@ impl Shooting<'_> {
         units: &ScaledUnits,
         y: &Timed,
     ) -> Result<Option<(f64, DVector<f64>)>> {
-        condition(self.motion, self.stage(k), units, y)
+        condition(self.motion, self.stages.stage(k), units, y)
     }
 
     /// Moves a state and deviations along flight k; returns the Jacobian of the flight where it was made.
@@ -215,13 +235,13 @@ impl Shooting<'_> {
         &self,
         state: &ShootingState,
         units: &ScaledUnits,
-    ) -> Result<Vec<FlightEnd>> {
+    ) -> Result<Vec<ArcEnd>> {
         (0..state.states.len())
             .map(|k| {
                 let mut y = self.end_of_flight(k, state)?;
                 let before = y.state.clone();
                 let (impulses, chatter) = self.pass(k + 1, units, &mut y)?;
-                Ok(FlightEnd {
+                Ok(ArcEnd {
                     before,
                     impulses,
                     chatter,
@@ -234,7 +254,7 @@ impl Shooting<'_> {
     pub(crate) fn mismatch(&self, state: &ShootingState, units: &ScaledUnits) -> Result<f64> {
         let mut worst = Mismatch::default();
         for k in 0..state.states.len() {
-            for stop in self.newly_struck(k) {
+            for stop in self.closing(k) {
                 let GapAt { gap, gradient, .. } =
                     self.motion.gap(stop, state.start(k), &state.states[k])?;
                 worst.note(gap / (gradient.amax() * units.position));

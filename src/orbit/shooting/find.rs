@@ -1,13 +1,14 @@
 //! `find_orbit`: from a guess to a periodic motion of any pattern (theory 5).
 
 use crate::error::{Error, Result};
-use crate::law::{Stage, Transition};
-use crate::model::{Scene, System, contacts};
+use crate::hybrid::ScaledUnits;
+use crate::itinerary::{Itinerary, check_landings};
+use crate::model::{Scene, System};
 
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, ShootingState};
-use crate::orbit::shooting::guess::{Guess, Start};
+use crate::orbit::shooting::guess::Guess;
 use crate::orbit::shooting::guess_in_order::start_in_order;
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
@@ -176,15 +177,28 @@ fn begun_in_order(
         None => guess.read(scene, n_periods)?,
         Some(pattern) => start_in_order(guess, scene, n_periods, pattern)?,
     };
-    check(scene, &start)?;
-    let depends = depends_on_own_time(scene, &start.states)?;
+    let (stages, mut first) = ShootingState::of_instants(start.instants, 1.0);
+    check(scene, &stages, &first)?;
+    let depends = depends_on_own_time(scene, &first.states)?;
     let scene = with_phase(scene, start.phase, depends)?;
     if let System::Nonlinear(system) = scene.system() {
-        let (q, v) = start.states[0].as_slice().split_at(scene.n_dof());
+        let (q, v) = first.states[0].as_slice().split_at(scene.n_dof());
         system.check_jacobian(0.0, q, v)?;
     }
-    let signature = start.signature(depends);
-    let first = first_loop(&start, signature.clocked(&scene));
+    let signature = Signature {
+        stages,
+        n_periods: start.n_periods,
+        depends_on_time: depends,
+        units: ScaledUnits::of(first.states.iter(), start.period),
+        images: None,
+    };
+    // Its times are stretched to the period that the motion has to have.
+    let period = match signature.clocked(&scene) {
+        Clocked::Forced { period } => period,
+        Clocked::Free => start.period,
+    };
+    let times = first.times.iter_mut().chain(&mut first.starts);
+    times.for_each(|time| *time *= period);
     Ok((scene, signature, first))
 }
 
@@ -195,16 +209,14 @@ fn one_round(
     found: &ShootingState,
 ) -> Result<Option<(Signature, ShootingState)>> {
     let (stages, n_periods) = (&signature.stages, signature.n_periods);
-    let is_empty = matches!(stages[0].transition, Transition::Nothing);
     for periods in 1..n_periods {
         let rounds = n_periods / periods;
-        let own = if is_empty { 1 } else { stages.len() / rounds };
-        let is_like = is_empty || (own..stages.len()).all(|k| stages[k] == stages[k - own]);
-        if !n_periods.is_multiple_of(periods) || own == 0 || !is_like {
+        let own = stages.round(rounds);
+        let Some(own) = own.filter(|_| n_periods.is_multiple_of(periods)) else {
             continue;
-        }
+        };
         let round = Signature {
-            stages: stages[..own].to_vec(),
+            stages: stages.iter().take(own).cloned().collect(),
             n_periods: periods,
             ..signature.clone()
         };
@@ -234,57 +246,13 @@ fn check_periods(scene: &Scene, n_periods: Option<usize>) -> Result<()> {
     Ok(())
 }
 
-fn check(scene: &Scene, start: &Start) -> Result<()> {
-    let (found, wanted) = (start.states[0].len() / 2, scene.n_dof());
+fn check(scene: &Scene, stages: &Itinerary, first: &ShootingState) -> Result<()> {
+    let (found, wanted) = (first.states[0].len() / 2, scene.n_dof());
     if found != wanted {
         let found = format!("of {found} degrees of freedom");
         let rule = format!("the scene has {wanted}");
         return Err(Error::bad_value("guess", found, rule));
     }
-    let mut struck = Vec::new();
-    for stage in &start.stages {
-        match &stage.transition {
-            Transition::Strike(stops) => struck.push(stops.clone()),
-            Transition::Chatter(stop) | Transition::Release(stop) => struck.push(vec![*stop]),
-            Transition::Nothing => {}
-        }
-    }
-    Pattern::new(struck)?.check(scene.stops().len())?;
-    check_landings(scene, &start.stages)
-}
-
-/// Refuses motions that come to rest on a stop by an impact that takes not all speed.
-pub(crate) fn check_landings(scene: &Scene, stages: &[Stage]) -> Result<()> {
-    if stages.iter().all(|stage| stage.regime.is_free()) {
-        return Ok(());
-    }
-    let contacts = contacts(scene);
-    for (k, stage) in stages.iter().enumerate() {
-        let before = &stages[(k + stages.len() - 1) % stages.len()].regime;
-        let mut caught =
-            (stage.transition.struck().iter()).filter(|&&stop| stage.regime.holds(stop));
-        if let Some(&stop) =
-            caught.find(|&&stop| !before.holds(stop) && !contacts[stop].law().is_inelastic())
-        {
-            let rule = "its impacts must accumulate while no other stop is held or hit; of other contacts that come to rest \
-                        with e > 0 there is no Jacobian";
-            let value = format!("a motion that comes to rest on stop {stop} by an impact");
-            return Err(Error::bad_value("guess", value, rule));
-        }
-    }
-    Ok(())
-}
-
-/// The guess, its times stretched to the period that the motion has to have.
-fn first_loop(start: &Start, clocked: Clocked) -> ShootingState {
-    let period = match clocked {
-        Clocked::Forced { period } => period,
-        Clocked::Free => start.period,
-    };
-    let ends = start.parts.iter().copied().chain([1.0]);
-    ShootingState {
-        times: ends.map(|part| part * period).collect(),
-        starts: start.starts.iter().map(|part| part * period).collect(),
-        states: start.states.clone(),
-    }
+    Pattern::new(stages.elements())?.check(scene.stops().len())?;
+    check_landings(scene, stages)
 }

@@ -3,16 +3,17 @@
 //! one.
 
 use crate::error::{Error, Result};
-use crate::hybrid::ScaledUnits;
 use crate::hybrid::joined;
-use crate::law::{Regime, Stage, Transition};
-use crate::model::{Scene, contacts};
+use crate::itinerary::{
+    Instant, Itinerary, ReadInstant, folded, instants_of, instants_of_arcs, uneventful_end,
+    unsupported,
+};
+use crate::law::Regime;
+use crate::model::Scene;
 
 use crate::orbit::periodic_orbit::PeriodicOrbit;
-use crate::orbit::shooting::guess_instants::{Instant, instants_of, unsupported};
-use crate::orbit::shooting::signature::Signature;
 use crate::quantity::positive;
-use crate::simulate::{ImpactSide, SimulateOptions, Trajectory, simulate};
+use crate::simulate::{SimulateOptions, Trajectory, simulate};
 use crate::tolerance::{GUESS_RUN_PERIODS, GUESS_WAIT_PERIODS, RETURNED, STATE_AT_REST};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -53,34 +54,14 @@ impl<'a> From<&'a Trajectory> for Guess<'a> {
 /// A guess as numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
-    /// What happens at each instant, and what is held behind it; the first one is an impact, if there is any.
-    pub stages: Vec<Stage>,
+    /// Its instants, times in parts of the period from the first one on; that is an impact, if there is any.
+    pub instants: Vec<Instant>,
     /// Forcing periods in one period, 1 without forcing.
     pub n_periods: usize,
     /// The forcing phase at the first instant.
     pub phase: f64,
-    /// The times of the instants in parts of the period, the first one 0, shape (instants,), [-].
-    pub parts: Vec<f64>,
-    /// The starts of the flights in parts of the period, later than their instants where impacts accumulate, shape (instants,), [-].
-    pub starts: Vec<f64>,
     /// The period that the guess itself has.
     pub period: f64,
-    /// The state (q, v) at the start of each flight, or the one state of a motion without instants, each of shape (2n,), [m, m/s].
-    pub states: Vec<DVector<f64>>,
-}
-
-impl Start {
-    /// The part of it that stays while its numbers change.
-    pub fn signature(&self, depends_on_time: bool) -> Signature {
-        let units = ScaledUnits::of(self.states.iter(), self.period);
-        Signature {
-            units,
-            stages: self.stages.clone(),
-            n_periods: self.n_periods,
-            depends_on_time,
-            images: None,
-        }
-    }
 }
 
 impl Guess<'_> {
@@ -110,16 +91,15 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
         return Err(Error::bad_value("n_periods", wanted, rule));
     }
     let times = wanted / once;
-    let one_round = folded(orbit_instants(orbit), orbit.scene());
+    let state = |time: f64| joined(&orbit.state(time, false));
+    let instants = instants_of_arcs(orbit.flights(), orbit.impacts(), state);
+    let one_round = folded(instants, orbit.scene());
     // A motion without instants is one flight, however long.
-    let is_one = one_round[0].stage.transition.is_nothing();
+    let is_one = one_round[0].instant.stage.transition.is_nothing();
     let rounds = (0..if is_one { 1 } else { times }).flat_map(|round| {
         let late = round as f64 * orbit.period();
-        one_round.iter().cloned().map(move |mut instant| {
-            instant.time += late;
-            instant.start += late;
-            instant
-        })
+        let each = one_round.iter().map(|own| own.instant.clone());
+        each.map(move |instant| instant.later(late))
     });
     Ok(started(
         rounds.collect(),
@@ -129,98 +109,31 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
     ))
 }
 
-/// The instants of an orbit.
-fn orbit_instants(orbit: &PeriodicOrbit) -> Vec<Instant> {
-    let flights = orbit.flights();
-    let mut impacts = orbit.impacts().iter();
-    let mut struck = orbit.pattern().instants().iter();
-    let mut found = Vec::new();
-    let mut chatter = None;
-    for flight in flights {
-        let mode = &flight.mode;
-        if mode.is_chatter() {
-            chatter = Some((mode.stops()[0], flight.start));
-            continue;
-        }
-        let (mut time, mut approach) = (flight.start, 0.0);
-        let transition = match (chatter.take(), mode.released) {
-            (Some((stop, start)), _) => {
-                time = start;
-                Transition::Chatter(stop)
-            }
-            (None, Some(stop)) => Transition::Release(stop),
-            (None, None) => match struck.next().filter(|_| mode.is_struck) {
-                None => Transition::Nothing,
-                Some(stops) => {
-                    let speeds = impacts.by_ref().take(stops.len());
-                    approach = speeds.map(|impact| impact.approach).fold(0.0, f64::max);
-                    Transition::Strike(stops.clone())
-                }
-            },
-        };
-        found.push(Instant {
-            time,
-            start: flight.start,
-            phase: 0.0,
-            stage: Stage {
-                transition,
-                regime: mode.lasting().clone(),
-            },
-            approach,
-            state: joined(&orbit.state(flight.start, false)),
-        });
-    }
-    found
-}
-
 /// A start from the instants of one round; the phase is that at the first.
-pub(super) fn started(round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
+pub(super) fn started(mut round: Vec<Instant>, n_periods: usize, phase: f64, period: f64) -> Start {
     let zero = round[0].time;
-    let part = |time: f64| (time - zero) / period;
+    for own in &mut round {
+        own.time = (own.time - zero) / period;
+        own.start = (own.start - zero) / period;
+    }
     Start {
+        instants: round,
         n_periods,
         phase,
-        parts: round.iter().map(|i| part(i.time)).collect(),
-        starts: round.iter().map(|i| part(i.start)).collect(),
         period,
-        states: round.iter().map(|i| i.state.clone()).collect(),
-        stages: round.into_iter().map(|i| i.stage).collect(),
     }
-}
-
-/// Instants whose last impacts before an accumulation are part of it, as far back as their speeds go by the ratio e.
-pub(crate) fn folded(instants: Vec<Instant>, scene: &Scene) -> Vec<Instant> {
-    let contacts = contacts(scene);
-    let mut kept: Vec<Instant> = Vec::with_capacity(instants.len());
-    for mut instant in instants {
-        if let Transition::Chatter(stop) = instant.stage.transition {
-            let law = contacts[stop].law();
-            let bounce = Stage::free(Transition::Strike(vec![stop]));
-            let is_bounce = |i: &Instant| i.stage == bounce;
-            while let [.., before, last] = kept.as_slice() {
-                let is_repeated = law.is_repeated(before.approach, last.approach);
-                if !(is_bounce(before) && is_bounce(last) && is_repeated) {
-                    break;
-                }
-                instant.time = last.time;
-                kept.pop();
-            }
-        }
-        kept.push(instant);
-    }
-    kept
 }
 
 /// Sizes of position and velocity below which a state is at rest, as far as a return is concerned.
-fn at_rest(instants: &[Instant], span: f64) -> [f64; 2] {
+fn at_rest(all: &[ReadInstant], span: f64) -> [f64; 2] {
     let largest = |half: usize| {
-        let sizes = instants.iter().map(|instant| {
+        let sizes = all.iter().map(|ReadInstant { instant, .. }| {
             let n = instant.state.len() / 2;
             instant.state.rows(half * n, n).amax()
         });
         sizes.fold(0.0, f64::max)
     };
-    let approach = instants.iter().map(|instant| instant.approach);
+    let approach = all.iter().map(|own| own.approach);
     let (q, v) = (largest(0), approach.fold(largest(1), f64::max));
     [q.max(v * span), v.max(q / span)].map(|size| STATE_AT_REST * size)
 }
@@ -251,15 +164,15 @@ fn from_trajectory(
 ) -> Result<Start> {
     let stretches = trajectory.stretches()?;
     if let (Some(last), Some(w)) = (stretches.last(), frequency)
-        && last.is_stick()
+        && !last.lasting().is_free()
         && last.end - last.start >= TAU / w * n_periods.unwrap_or(1) as f64
     {
         return without_instants(trajectory, frequency, n_periods, last.regime);
     }
     let mut all = instants_of(trajectory)?;
     // Between two releases of a stop the motion has one round; there is the least to go wrong with the number of impacts.
-    let is_release = |instant: &Instant| matches!(instant.stage.transition, Transition::Release(_));
-    if let Some(last) = all.iter().rposition(is_release) {
+    let list = itinerary(&all);
+    if let Some(last) = (0..all.len()).rfind(|&k| list.departure(k).is_some()) {
         all.truncate(last + 1);
     }
     let Some((last, earlier)) = all.split_last() else {
@@ -293,7 +206,7 @@ fn from_trajectory(
             rule,
         ));
     };
-    let spanned = last.time - earlier[first].time;
+    let spanned = last.instant.time - earlier[first].instant.time;
     let period = frequency.map_or(spanned, |w| TAU / w * n_periods as f64);
     let round = earlier[first..].to_vec();
     one_round(round, (spanned, period), n_periods, trajectory.scene())
@@ -328,90 +241,90 @@ fn from_state(
     let all = instants_of(&run)?;
     let Some(first) = all
         .first()
-        .filter(|first| first.time <= GUESS_WAIT_PERIODS * period)
+        .filter(|first| first.instant.time <= GUESS_WAIT_PERIODS * period)
     else {
         let regime = stretches.last().map_or(Regime::free(), |part| part.regime);
         return without_instants(&run, scene.frequency(), Some(n_periods), regime);
     };
-    let off = |instant: &Instant| (instant.time - first.time - period).abs();
-    let is_return = |instant: &Instant| instant.stage == first.stage && off(instant) < 0.5 * period;
-    let returns = (1..all.len()).filter(|&k| is_return(&all[k]));
-    let back = returns.min_by(|&i, &j| off(&all[i]).total_cmp(&off(&all[j])));
+    let (first, at) = (&first.instant, |k: usize| &all[k].instant);
+    let off = |k: usize| (at(k).time - first.time - period).abs();
+    let is_return = |k: &usize| at(*k).stage == first.stage && off(*k) < 0.5 * period;
+    let returns = (1..all.len()).filter(is_return);
+    let back = returns.min_by(|&i, &j| off(i).total_cmp(&off(j)));
     let (count, spanned) = back.map_or_else(
         || {
             let end = first.time + period;
-            (all.partition_point(|instant| instant.time < end), period)
+            let count = all.partition_point(|own| own.instant.time < end);
+            (count, period)
         },
-        |k| (k, all[k].time - first.time),
+        |k| (k, at(k).time - first.time),
     );
     one_round(all[..count].to_vec(), (spanned, period), n_periods, scene)
 }
 
+/// What happens at some instants.
+fn itinerary(instants: &[ReadInstant]) -> Itinerary {
+    let stages = instants.iter().map(|own| own.instant.stage.clone());
+    stages.collect()
+}
+
 /// The start that one round is, whose time is stretched to the period.
 fn one_round(
-    mut round: Vec<Instant>,
+    mut round: Vec<ReadInstant>,
     (spanned, period): (f64, f64),
     n_periods: usize,
     scene: &Scene,
 ) -> Result<Start> {
-    let zero = round[0].time;
+    let zero = round[0].instant.time;
     let stretch = |time: f64| (time - zero) / spanned * period;
-    for instant in &mut round {
+    for ReadInstant { instant, .. } in &mut round {
         (instant.time, instant.start) = (stretch(instant.time), stretch(instant.start));
     }
-    begin_with_impact(&mut round, period)?;
-    let phase = round[0].phase;
-    Ok(started(folded(round, scene), n_periods, phase, period))
-}
-
-/// Turns a round so that its first instant is an impact, behind a release if there is one; those before it come a period later.
-fn begin_with_impact(round: &mut [Instant], period: f64) -> Result<()> {
-    let is_strike = |instant: &Instant| matches!(instant.stage.transition, Transition::Strike(_));
-    let is_release = |instant: &Instant| matches!(instant.stage.transition, Transition::Release(_));
-    let after = (round.iter().position(is_release)).map_or(0, |release| release + 1);
-    let mut in_order = (after..round.len()).chain(0..after);
-    let Some(landing) = in_order.find(|&k| is_strike(&round[k])) else {
-        let time = round.last().map_or(0.0, |instant| instant.time);
+    let Some(landing) = itinerary(&round).first_impact() else {
+        let time = round.last().map_or(0.0, |own| own.instant.time);
         return Err(unsupported("no impact but those that accumulate", time));
     };
-    for instant in &mut round[..landing] {
-        instant.time += period;
-        instant.start += period;
+    // Those before the first impact come a period later.
+    for own in &mut round[..landing] {
+        own.instant.time += period;
+        own.instant.start += period;
     }
     round.rotate_left(landing);
-    Ok(())
+    let phase = round[0].phase;
+    let folded = folded(round, scene).into_iter().map(|own| own.instant);
+    Ok(started(folded.collect(), n_periods, phase, period))
 }
 
 /// The earlier instants that are like the last one, with how far they are from it.
 fn alike<'a>(
-    earlier: &'a [Instant],
-    last: &'a Instant,
+    earlier: &'a [ReadInstant],
+    last: &'a ReadInstant,
     lag: Option<f64>,
     rest: [f64; 2],
 ) -> impl DoubleEndedIterator<Item = (usize, f64)> + Clone + 'a {
     earlier
         .iter()
         .enumerate()
-        .map(move |(k, instant)| (k, distance(instant, last, lag, rest)))
+        .map(move |(k, own)| (k, distance(&own.instant, &last.instant, lag, rest)))
         .filter(|(_, d)| *d < 1.0)
 }
 
 /// The instant most like the last one, so many periods before it to the nearest whole number: one of another number belongs
 /// to another motion.
 fn nearest(
-    earlier: &[Instant],
-    last: &Instant,
+    earlier: &[ReadInstant],
+    last: &ReadInstant,
     (n, period): (usize, f64),
     rest: [f64; 2],
 ) -> Option<(usize, f64)> {
     let n = n as f64;
     alike(earlier, last, Some(n * period), rest)
-        .filter(|(k, _)| ((last.time - earlier[*k].time) / period - n).abs() <= 0.5)
+        .filter(|(k, _)| ((last.instant.time - earlier[*k].instant.time) / period - n).abs() <= 0.5)
         .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The latest return, as near as any.
-fn latest(earlier: &[Instant], last: &Instant, rest: [f64; 2]) -> Option<usize> {
+fn latest(earlier: &[ReadInstant], last: &ReadInstant, rest: [f64; 2]) -> Option<usize> {
     let all = alike(earlier, last, None, rest);
     let least = all.clone().map(|(_, d)| d).fold(f64::INFINITY, f64::min);
     let near = all.rev().find(|(_, d)| *d <= least.max(RETURNED));
@@ -447,19 +360,7 @@ fn without_instants(
             rule,
         ));
     };
-    let (_, end) = trajectory.span();
     let n = n_periods.unwrap_or(1);
-    let instant = Instant {
-        time: end,
-        start: end,
-        phase: trajectory.forcing_phase()(end),
-        stage: Stage {
-            transition: Transition::Nothing,
-            regime: regime.clone(),
-        },
-        approach: 0.0,
-        state: joined(&trajectory.state(end, ImpactSide::After)?),
-    };
-    let phase = instant.phase;
+    let ReadInstant { instant, phase, .. } = uneventful_end(trajectory, regime)?;
     Ok(started(vec![instant], n, phase, TAU / w * n as f64))
 }

@@ -5,12 +5,12 @@ use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::hybrid::joined;
 use crate::impact::wrapped;
-use crate::law::{Stage, Transition};
+use crate::itinerary::{Instant, Itinerary};
+use crate::law::Stage;
 use crate::model::{Change, Scene};
 
 use crate::orbit::pattern::Pattern;
 use crate::orbit::shooting::guess::{Guess, Start, period_of_state, started};
-use crate::orbit::shooting::guess_instants::Instant;
 use crate::orbit::shooting::own_time::with_phase;
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use crate::simulate::{ImpactSide, SimulateOptions, simulate};
@@ -51,7 +51,8 @@ pub(super) fn start_in_order(
     let forced = scene.period().map(|once| once * n_periods as f64);
     let period = period_of_state(forced, given)?;
     let instants = instants_in_order(&scene, (q, v), pattern, period)?;
-    let phase = instants[0].phase;
+    let turned = scene.frequency().unwrap_or(0.0) * instants[0].time;
+    let phase = wrapped(turned + scene.phase());
     Ok(started(instants, n_periods, phase, period))
 }
 
@@ -62,13 +63,8 @@ fn instants_in_order(
     pattern: &Pattern,
     period: f64,
 ) -> Result<Vec<Instant>> {
-    let phase_at = |time: f64| wrapped(scene.frequency().unwrap_or(0.0) * time + scene.phase());
-    let stages = pattern
-        .instants()
-        .iter()
-        .map(|stops| Stage::free(Transition::Strike(stops.clone())));
     let signature = Signature {
-        stages: stages.collect(),
+        stages: Itinerary::of_impacts(pattern.instants()),
         n_periods: 1,
         depends_on_time: false,
         units: ScaledUnits::of(std::iter::once(&joined(&(q.clone(), v.clone()))), period),
@@ -112,9 +108,7 @@ fn instants_in_order(
             found.push(Instant {
                 time,
                 start: time,
-                phase: phase_at(time),
-                stage: Stage::free(Transition::Strike(stops.clone())),
-                approach: hit.approach,
+                stage: Stage::impact(stops),
                 state,
             });
         }
@@ -124,9 +118,7 @@ fn instants_in_order(
         found.push(Instant {
             time: 0.0,
             start: 0.0,
-            phase: phase_at(0.0),
-            stage: Stage::free(Transition::Nothing),
-            approach: 0.0,
+            stage: Stage::impact(&[]),
             state: joined(&(q, v)),
         });
     }

@@ -3,11 +3,12 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
+use crate::itinerary::ArcEnd;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
 use crate::observer::unless_broken_off;
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, MOST_SHOOTING_STEPS, Mismatch, Shooting, ShootingState,
+    Clocked, MOST_SHOOTING_STEPS, Mismatch, Shooting, ShootingState,
 };
 use crate::orbit::shooting::transported_flight::{FlightMap, TransportedFlight};
 use crate::tolerance::{NEAR_FOLD, SHRUNK_MOTION, ZERO_MISMATCH};
@@ -73,7 +74,7 @@ fn least_correction(equations: &Linearised, weak: f64) -> Result<ShootingState> 
 
 impl Shooting<'_> {
     /// The closed loop near a guess, and the ends of its flights.
-    pub fn solve(&self, guess: ShootingState) -> Result<(ShootingState, Vec<FlightEnd>)> {
+    pub fn solve(&self, guess: ShootingState) -> Result<(ShootingState, Vec<ArcEnd>)> {
         let mut current = guess;
         let mut units = self.units(&current)?;
         let first_units = units;
@@ -188,7 +189,7 @@ impl Shooting<'_> {
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
         let mut maps = Vec::with_capacity(flights);
         for k in 0..flights {
-            for stop in self.newly_struck(k) {
+            for stop in self.closing(k) {
                 let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
                 let mut row = at.timed_deviations(&deviations, &delays);
                 row[unknowns] += at.gap;

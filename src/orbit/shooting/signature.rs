@@ -5,20 +5,18 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, ScaledUnits, regime_motions};
 use crate::impact::wrapped;
-use crate::law::Stage;
+use crate::itinerary::{ArcEnd, Itinerary, MotionArc, hits};
+use crate::law::{Regime, Stage};
 use crate::modal::ModalState;
 use crate::model::Scene;
-use crate::orbit::flights::{Flight, OrbitData};
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::orbit_motion::{OrbitMotion, paired};
 use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{
-    Clocked, FlightEnd, Shooting, ShootingState, WEAK_EXACT, WEAK_INTEGRATED,
+    Clocked, Shooting, ShootingState, WEAK_EXACT, WEAK_INTEGRATED,
 };
 use crate::orbit::shooting::own_time::with_phase;
-use crate::orbit::shooting::shooting_flight::{
-    ShootingFlight, in_order, shooting_flights, struck_in_order,
-};
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
@@ -27,7 +25,7 @@ use std::sync::Arc;
 /// What happens at the instants of a periodic motion, what is held between them, and for how many periods of the forcing it goes on.
 #[derive(Debug, Clone)]
 pub(crate) struct Signature {
-    pub stages: Vec<Stage>,
+    pub stages: Itinerary,
     /// 1 without forcing.
     pub n_periods: usize,
     /// Whether the equations of the scene depend on time by themselves.
@@ -39,6 +37,12 @@ pub(crate) struct Signature {
 }
 
 impl Signature {
+    /// The same with the motion in one regime more.
+    pub fn beside(mut self, regime: &Regime) -> Self {
+        self.stages.push(Stage::uneventful(regime.clone()));
+        self
+    }
+
     /// The times that are unknown in a scene.
     pub fn clocked(&self, scene: &Scene) -> Clocked {
         match scene.frequency() {
@@ -53,7 +57,7 @@ impl Signature {
 }
 
 /// A function that makes an orbit of a closed loop and the ends of its flights.
-pub(crate) type OrbitOf<'a> = &'a dyn Fn(&ShootingState, &[FlightEnd]) -> Result<PeriodicOrbit>;
+pub(crate) type OrbitOf<'a> = &'a dyn Fn(&ShootingState, &[ArcEnd]) -> Result<PeriodicOrbit>;
 
 /// Does some work with the equations of a signature in a scene, whatever moves it; the phase of the scene is that of the forcing at time
 /// zero.
@@ -67,7 +71,7 @@ pub(crate) fn with_shooting<T>(
     let images = signature.images.as_deref();
     if scene.linear_system("find_orbit").is_err() {
         let motion = &IntegratedMaps::new(scene, scene.phase()).in_units(signature.units);
-        let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
+        let orbit = |found: &ShootingState, flight_ends: &[ArcEnd]| {
             let parts = parts(scene, signature, found, flight_ends, motion, paired)?;
             let scene = with_phase(scene, parts.phase, signature.depends_on_time)?;
             let from_first = IntegratedMaps::new(&scene, parts.phase);
@@ -89,7 +93,7 @@ pub(crate) fn with_shooting<T>(
     let modal = ModalScene::of(scene, "find_orbit")?;
     let regimes = regime_motions(&modal, stages.iter().map(|stage| &stage.regime))?;
     let motion = &ClosedFormMaps::new(&modal, scene.phase(), regimes);
-    let orbit = |found: &ShootingState, flight_ends: &[FlightEnd]| {
+    let orbit = |found: &ShootingState, flight_ends: &[ArcEnd]| {
         let pairs = |state: &DVector<f64>| motion.modal(state);
         let parts = parts(scene, signature, found, flight_ends, motion, pairs)?;
         PeriodicOrbit::new(scene, Arc::clone(&modal), parts)
@@ -104,43 +108,66 @@ pub(crate) fn with_shooting<T>(
     work(&shooting, &orbit)
 }
 
+/// Does some work with the maps of a scene in the regimes of a signature.
+pub(crate) fn with_maps<T>(
+    scene: &Scene,
+    signature: &Signature,
+    work: impl FnOnce(&dyn HybridMaps) -> Result<T>,
+) -> Result<T> {
+    with_shooting(scene, signature, |shooting, _| work(shooting.motion))
+}
+
 /// The parts of the orbit, counted from its first impact; impacts that accumulate are taken apart.
 fn parts<M: HybridMaps>(
     scene: &Scene,
     signature: &Signature,
     found: &ShootingState,
-    flight_ends: &[FlightEnd],
+    arc_ends: &[ArcEnd],
     motion: &M,
     pairs: impl Fn(&DVector<f64>) -> ModalState,
 ) -> Result<OrbitData> {
-    let flights = in_order(shooting_flights(
-        &signature.stages,
-        found,
-        flight_ends,
-        motion,
-    )?);
-    let (instants, impulses) = struck_in_order(&signature.stages, flight_ends);
-    let flight = |own: ShootingFlight| Flight {
-        start: 0.0,
-        span: own.end - own.start,
-        after: pairs(&own.after),
-        before_next: pairs(&own.before_next),
-        mode: own.mode,
-    };
-    let mut flights: Vec<Flight> = flights.into_iter().map(flight).collect();
+    let arcs = in_order(found.arcs(&signature.stages, arc_ends, motion)?);
     // The starts are the sums of the spans, as those of an orbit that was saved.
     let mut elapsed = 0.0;
-    for flight in &mut flights {
-        flight.start = elapsed;
-        elapsed += flight.span;
+    let mut flights = Vec::with_capacity(arcs.len());
+    for arc in arcs {
+        let span = arc.end - arc.start;
+        let states = [&arc.after, &arc.before_next].map(&pairs);
+        flights.push(OrbitArc::over(arc.stage, [elapsed, span], states));
+        elapsed += span;
     }
     let frequency = scene.frequency().unwrap_or(0.0);
     Ok(OrbitData {
-        pattern: Pattern::new(instants)?,
+        pattern: Pattern::new(hits(&flights).map(<[usize]>::to_vec).collect())?,
         n_periods: signature.n_periods,
         phase: wrapped(frequency * found.times[0] + scene.phase()),
         flights,
-        impulses,
+        impulses: impulses_in_order(arc_ends),
         clearances: Vec::new(),
     })
+}
+
+/// The arcs of an orbit: a loop knows the end of impacts that are next to nothing no better than their speed, and it comes no earlier than
+/// what is left of them begins.
+fn in_order(mut arcs: Vec<MotionArc<DVector<f64>>>) -> Vec<MotionArc<DVector<f64>>> {
+    for k in 1..arcs.len() {
+        let begun = arcs[k - 1].start;
+        if arcs[k - 1].accumulation().is_some() && arcs[k].start < begun {
+            (arcs[k - 1].end, arcs[k].start) = (begun, begun);
+            arcs[k].end = arcs[k].end.max(begun);
+        }
+    }
+    arcs
+}
+
+/// The impulses of a period in the order of its impacts, given the ends of its arcs, the last of which comes first.
+fn impulses_in_order(arc_ends: &[ArcEnd]) -> Vec<f64> {
+    let mut impulses = Vec::new();
+    let last = arc_ends.iter().rev().take(1);
+    for end in last.chain(&arc_ends[..arc_ends.len() - 1]) {
+        impulses.extend_from_slice(&end.impulses);
+        let bounces = end.chatter.iter().flat_map(|chatter| &chatter.bounces);
+        impulses.extend(bounces.map(|bounce| bounce.impulse));
+    }
+    impulses
 }

@@ -1,4 +1,3 @@
 //! Floquet multipliers of an orbit (theory 7).
 
-pub(in crate::orbit) mod monodromy;
 pub(in crate::orbit) mod multipliers;

@@ -4,13 +4,15 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::hybrid::ModalImpacts;
+use crate::itinerary::closing;
 use crate::linalg::eigen;
 use crate::model::Moment;
 use crate::observer::Observer;
-use crate::orbit::flights::Flight;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::orbit::verdict::admissibility::{Admissibility, Touch};
 use crate::tolerance::{MARGINAL, MEETING};
 use nalgebra::{Complex, DMatrix, DVector};
+use std::cell::OnceCell;
 
 /// Stops hit together whose orders are all followed; their number grows as the factorial. [work]
 const MOST_TOGETHER: usize = 5;
@@ -171,41 +173,35 @@ fn refusal(
 /// The multipliers of an orbit.
 pub(crate) fn stability(
     scene: &ModalScene,
-    pattern: &[Vec<usize>],
     phase: f64,
-    flights: &[Flight],
+    flights: &[OrbitArc],
     found: &Admissibility,
     observer: &mut Observer,
 ) -> Result<Stability> {
+    let pattern = &closing(flights);
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
-    if let Some(refused) = refused(pattern, found, is_coupled) {
-        return Ok(refused);
-    }
-    let (forward, backward) = scene.form.transformation();
-    over_orders(pattern, |order| {
+    let transformation = OnceCell::new();
+    over_orders(pattern, (found, is_coupled), |order| {
         observer.work((2 * scene.form.n_dof()).pow(3))?;
-        Ok(&forward * monodromy(scene, order, phase, flights)? * &backward)
+        let (forward, backward) = transformation.get_or_init(|| scene.form.transformation());
+        Ok(forward * monodromy(scene, order, phase, flights)? * backward)
     })
-}
-
-/// The stability of an orbit that has no multipliers, with the reason.
-pub(crate) fn refused(
-    pattern: &[Vec<usize>],
-    found: &Admissibility,
-    is_coupled: impl Fn(usize, usize) -> bool,
-) -> Option<Stability> {
-    refusal(pattern, found, is_coupled).map(without_multipliers)
 }
 
 fn without_multipliers(refusal: Refusal) -> Stability {
     Stability::undefined(refusal.describe())
 }
 
-/// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide.
+/// The multipliers of every order of the impacts, from its monodromy matrix in (q, v), and what they decide; the reason why there are none,
+/// given what the rules of contact say and whether two stops are coupled.
 pub(crate) fn over_orders(
     pattern: &[Vec<usize>],
+    (found, is_coupled): (&Admissibility, impl Fn(usize, usize) -> bool),
     mut monodromy: impl FnMut(&[Vec<usize>]) -> Result<DMatrix<f64>>,
 ) -> Result<Stability> {
+    if let Some(refusal) = refusal(pattern, found, is_coupled) {
+        return Ok(without_multipliers(refusal));
+    }
     let mut results = Vec::new();
     for order in orders(pattern) {
         let monodromy = monodromy(&order)?;
@@ -238,12 +234,12 @@ pub(crate) fn decides(largest: f64) -> Option<bool> {
 /// The largest modulus of the multipliers, over all orders of the impacts; `None` where there are none.
 pub(crate) fn largest_multiplier(
     scene: &ModalScene,
-    pattern: &[Vec<usize>],
     phase: f64,
-    flights: &[Flight],
+    flights: &[OrbitArc],
     found: &Admissibility,
     observer: &mut Observer,
 ) -> Result<Option<f64>> {
+    let pattern = &closing(flights);
     let is_coupled = |a, b| scene.geometry.is_coupled(a, b);
     if refusal(pattern, found, is_coupled).is_some() {
         return Ok(None);
@@ -296,7 +292,7 @@ fn monodromy(
     scene: &ModalScene,
     order: &[Vec<usize>],
     phase: f64,
-    flights: &[Flight],
+    flights: &[OrbitArc],
 ) -> Result<DMatrix<f64>> {
     let n = scene.form.n_dof();
     let mut deviations = DMatrix::identity(2 * n, 2 * n);

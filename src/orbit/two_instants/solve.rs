@@ -4,12 +4,13 @@
 use crate::error::{Error, Result};
 use crate::flow::{ModalScene, along};
 use crate::impact::wrapped;
+use crate::law::Stage;
 use crate::linalg::rank;
 use crate::modal::ModalState;
 use crate::observer::Observer;
-use crate::orbit::flights::{Flight, OrbitData};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::refine::settle_speeds;
+use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::problem::Problem;
 use crate::orbit::solutions::Solutions;
 use crate::orbit::two_instants::conditions::TwoInstantConditions;
@@ -122,7 +123,7 @@ pub(crate) fn two_instants(problem: &Problem<'_>, observer: &mut Observer) -> Re
 fn contacts(
     modal: &ModalScene,
     (stops, first): (&[usize], usize),
-    flights: &[Flight],
+    flights: &[OrbitArc],
 ) -> Vec<(usize, f64)> {
     let contact = |(i, &stop): (usize, &usize)| {
         let state = &flights[usize::from(i >= first)].after;
@@ -147,7 +148,7 @@ fn flights(
     impulses: &[f64],
     [mut after, mut later]: [ModalState; 2],
     (dt, period): (f64, f64),
-) -> Result<Vec<Flight>> {
+) -> Result<Vec<OrbitArc>> {
     // The search for two instants takes no stops that move.
     let rest = vec![0.0; stops.len()];
     let (one, other) = (&rest[..first], &rest[first..]);
@@ -175,7 +176,15 @@ fn flights(
     let (before_first, before_later) =
         (before(&after, 0..first), before(&later, first..stops.len()));
     Ok(vec![
-        Flight::struck([0.0, dt], after, before_later),
-        Flight::struck([dt, period - dt], later, before_first),
+        OrbitArc::over(
+            Stage::impact(&stops[..first]),
+            [0.0, dt],
+            [after, before_later],
+        ),
+        OrbitArc::over(
+            Stage::impact(&stops[first..]),
+            [dt, period - dt],
+            [later, before_first],
+        ),
     ])
 }

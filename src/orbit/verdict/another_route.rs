@@ -4,8 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::{HybridMaps, ScaledUnits};
 use crate::modal::ModalState;
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::tolerance::FLIGHTS_CLOSED;
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +19,7 @@ fn growth(units: ScaledUnits, jacobian: &DMatrix<f64>) -> f64 {
 /// makes of the state before. The completion of accumulating impacts is left out.
 pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
     motion: &M,
-    (pattern, flights): (&Pattern, &[Flight]),
+    flights: &[OrbitArc],
     state: impl Fn(&ModalState) -> DVector<f64>,
     least: [f64; 2],
     mut once_more: impl FnMut(usize) -> Result<DVector<f64>>,
@@ -30,18 +29,15 @@ pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
     let period = flights.iter().map(|flight| flight.span).sum();
     let units = ScaledUnits::no_less(least, after.iter().chain(&before), period);
     let apart = |by: DVector<f64>| units.size_of(by.iter(), 0.0);
-    let is_rest = |flight: &Flight| flight.mode.is_chatter();
+    let is_rest = |flight: &OrbitArc| flight.accumulation().is_some();
     let mut worst = 0.0f64;
-    let mut instant = 0;
     for (k, flight) in flights.iter().enumerate() {
         let next = &flights[(k + 1) % flights.len()];
-        let end = flight.start + flight.span;
+        let end = flight.end;
         let mut y = before[k].clone();
-        if next.mode.is_struck && !pattern.instants().is_empty() {
-            instant = (instant + 1) % pattern.instants().len();
-            let stops = &pattern.instants()[instant];
+        if !next.hits().is_empty() {
             let none = &mut DMatrix::zeros(y.len(), 0);
-            motion.impact(stops, end, &mut y, none)?;
+            motion.impact(next.hits(), end, &mut y, none)?;
         }
         if is_rest(flight) {
             continue;
@@ -54,12 +50,7 @@ pub(in crate::orbit) fn closure_defect<M: HybridMaps>(
         if off > FLIGHTS_CLOSED {
             let mut jacobian = DMatrix::identity(before[k].len(), before[k].len());
             let span = (flight.start, end);
-            motion.flow(
-                flight.mode.lasting(),
-                span,
-                &mut after[k].clone(),
-                &mut jacobian,
-            )?;
+            motion.flow(flight.regime(), span, &mut after[k].clone(), &mut jacobian)?;
             let explained = FLIGHTS_CLOSED * growth(units, &jacobian);
             worst = worst.max(if off > explained { off } else { 0.0 });
         }

@@ -5,8 +5,7 @@
 use crate::flow::{LinearFlow, ModalScene, along};
 use crate::modal::{Block, Form, ModalState, Pair};
 use crate::model::Moment;
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::tolerance::{CLOSING_ROUNDING, ELASTIC_SPEED_PART, FLIGHTS_CLOSED};
 
 /// Points of a flight at which the size of its motion is evaluated, where its ends say too little. [work]
@@ -97,7 +96,7 @@ impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
     }
 
     /// Moves the state at the start of a flight on by a time, into `self.end`.
-    fn propagate(&mut self, phase: f64, flight: &Flight, span: f64) {
+    fn propagate(&mut self, phase: f64, flight: &OrbitArc, span: f64) {
         if span != self.span {
             self.flow.prepare(span, &mut self.propagator);
             self.span = span;
@@ -110,14 +109,14 @@ impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
     }
 
     /// The end of a free flight.
-    pub fn end(&mut self, phase: f64, flight: &Flight) -> &ModalState {
+    pub fn end(&mut self, phase: f64, flight: &OrbitArc) -> &ModalState {
         self.propagate(phase, flight, flight.span);
         &self.end
     }
 
     /// By how much the flights miss their ends, and the contacts their stops, relative to the size of the motion; of free
-    /// flights, each of which begins with an instant of the pattern.
-    fn misfit(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
+    /// flights.
+    fn misfit(&mut self, phase: f64, flights: &[OrbitArc]) -> f64 {
         let (mut missed, mut motion) = (Size::default(), Size::default());
         for flight in flights {
             self.propagate(phase, flight, flight.span);
@@ -134,7 +133,7 @@ impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
                 motion = motion.max(Size::of(self.scene, state));
             }
         }
-        missed.position = missed.position.max(self.gap(pattern, phase, flights));
+        missed.position = missed.position.max(self.gap(phase, flights));
         let misfit = missed.relative_to(motion);
         if misfit <= FLIGHTS_CLOSED {
             return misfit;
@@ -154,16 +153,16 @@ impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
     }
 
     /// The same where it is more than rounding explains.
-    pub fn lost(&mut self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> Option<f64> {
-        let misfit = self.misfit(pattern, phase, flights);
+    pub fn lost(&mut self, phase: f64, flights: &[OrbitArc]) -> Option<f64> {
+        let misfit = self.misfit(phase, flights);
         (!is_closed(self.scene, flights, misfit)).then_some(misfit)
     }
 
     /// The largest gap at a contact, as a position.
-    fn gap(&self, pattern: &Pattern, phase: f64, flights: &[Flight]) -> f64 {
+    fn gap(&self, phase: f64, flights: &[OrbitArc]) -> f64 {
         let (scene, mut gap) = (self.scene, 0.0f64);
-        for (stops, flight) in pattern.instants().iter().zip(flights) {
-            for &stop in stops {
+        for flight in flights {
+            for &stop in flight.hits() {
                 let row = &scene.position_rows[stop];
                 let seen = along(row, &flight.after);
                 let length = row.iter().flatten().map(|r| r * r).sum::<f64>().sqrt();
@@ -177,7 +176,7 @@ impl<'a, F: LinearFlow> FlightPropagator<'a, F> {
 }
 
 /// Whether a misfit is one of rounding, for flights of the given spans.
-fn is_closed(scene: &ModalScene, flights: &[Flight], misfit: f64) -> bool {
+fn is_closed(scene: &ModalScene, flights: &[OrbitArc], misfit: f64) -> bool {
     if misfit <= FLIGHTS_CLOSED {
         return true;
     }

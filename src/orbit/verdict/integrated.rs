@@ -9,13 +9,11 @@ use crate::hybrid::{FlightPieces, HybridMaps, IntegratedMaps, OrbitStep, SeriesP
 use crate::impact::Impact;
 use crate::law::Regime;
 use crate::model::are_coupled;
-use crate::orbit::contact_mode::{ContactMode, struck};
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::judge::{is_met, judge_impacts, judge_reached};
 use crate::orbit::verdict::lasting::{is_low_bounce, judge_force};
-use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
+use crate::orbit::verdict::thrown::{HeldAtImpact, judge_thrown};
 use crate::tolerance::{INTEGRATED_MARGIN, SHORTEST_JUDGED_STEP};
 use nalgebra::DVector;
 
@@ -29,8 +27,7 @@ impl IntegratedJudge<'_> {
     pub fn admissibility(
         &self,
         flights: &[(f64, FlightPieces)],
-        modes_of_contact: &[ContactMode],
-        pattern: &[Vec<usize>],
+        arcs: &[OrbitArc],
         impacts: &[Impact],
         rate: f64,
     ) -> Result<Admissibility> {
@@ -43,32 +40,19 @@ impl IntegratedJudge<'_> {
             |stop| INTEGRATED_MARGIN * sizes[stop] * rate,
             &mut found,
         );
-        self.judge_ends(
-            flights,
-            modes_of_contact,
-            impacts,
-            (&sizes, rate),
-            &mut found,
-        )?;
-        let mut instants = pattern.iter();
-        for ((start, pieces), mode) in flights.iter().zip(modes_of_contact) {
-            let next = if mode.is_struck {
-                instants.next()
-            } else {
-                None
-            };
-            let begins: &[usize] = next.map_or(&[], |instant| instant);
-            if mode.is_chatter() {
+        self.judge_ends(flights, arcs, impacts, (&sizes, rate), &mut found)?;
+        for ((start, pieces), arc) in flights.iter().zip(arcs) {
+            if arc.accumulation().is_some() {
                 continue;
             }
             if let FlightPieces::Steps(steps) = pieces {
-                self.search_forces(mode.lasting(), (*start, steps), flights, &mut found)?;
+                self.search_forces(arc.regime(), (*start, steps), flights, &mut found)?;
             }
             for (stop, &size) in sizes.iter().enumerate() {
-                let (regime, margin) = (mode.lasting(), INTEGRATED_MARGIN * size);
-                let order = match mode.released {
+                let (regime, margin) = (arc.regime(), INTEGRATED_MARGIN * size);
+                let order = match arc.departure() {
                     Some(released) if released == stop => 3,
-                    _ if begins.contains(&stop) => {
+                    _ if arc.hits().contains(&stop) => {
                         self.order((*start, pieces), stop, margin * rate)?
                     }
                     _ => 0,
@@ -95,21 +79,20 @@ impl IntegratedJudge<'_> {
     fn judge_ends(
         &self,
         flights: &[(f64, FlightPieces)],
-        modes_of_contact: &[ContactMode],
+        arcs: &[OrbitArc],
         impacts: &[Impact],
         (sizes, rate): (&[f64], f64),
         found: &mut Admissibility,
     ) -> Result<()> {
-        let modes = modes_of_contact.iter();
-        let each = flights.iter().zip(modes);
+        let each = flights.iter().zip(arcs);
         let following = each.clone().cycle().skip(1);
-        for (((start, pieces), mode), (&(next, _), next_mode)) in each.zip(following) {
+        for (((start, pieces), arc), (&(next, _), next_arc)) in each.zip(following) {
             let Some((span, state)) = pieces.end() else {
                 continue;
             };
             let end = start + span;
             for (stop, &size) in sizes.iter().enumerate() {
-                if is_met(impacts, stop, next, [mode, next_mode]) {
+                if is_met(impacts, stop, next, [arc, next_arc]) {
                     continue;
                 }
                 let gap = self.gap(stop, end, &state)?;
@@ -117,8 +100,8 @@ impl IntegratedJudge<'_> {
                 judge_reached((stop, next), gap, (margin, margin * rate), found);
             }
             let own = HeldAtImpact {
-                before: mode.lasting(),
-                after: next_mode.lasting(),
+                before: arc.regime(),
+                after: next_arc.regime(),
                 time: next,
                 impacts,
             };
@@ -128,7 +111,7 @@ impl IntegratedJudge<'_> {
                 Ok(-opens.dot(&self.maps.reaction(other, &state)?))
             };
             let slow = |stop: usize| INTEGRATED_MARGIN * sizes[stop] * rate;
-            judge_held(own, coupling, slow, found)?;
+            judge_thrown(own, coupling, slow, found)?;
         }
         Ok(())
     }
@@ -212,10 +195,12 @@ impl IntegratedJudge<'_> {
             }
             along.push((start + step.start, step.h, nodes));
         }
-        for (k, &stop) in regime.constrained().iter().enumerate() {
+        let n_forces = along[0].2[0].len();
+        for k in 0..n_forces {
+            let stop = along[0].2[0][k].0;
             let of_stop: Vec<_> = along
                 .iter()
-                .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k])))
+                .map(|(t, h, nodes)| (*t, *h, std::array::from_fn(|i| nodes[i][k].1)))
                 .collect();
             let mobility = self.mobility(stop, start, &steps[0].dense.at(0.0))?;
             let size = self.fastest(stop, flights)? / mobility;
@@ -246,12 +231,9 @@ impl IntegratedJudge<'_> {
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other, at an instant that hits both.
-    pub fn is_coupled(&self, a: usize, b: usize, flights: &[Flight], pattern: &Pattern) -> bool {
-        let starts = struck(flights.iter().map(|flight| &flight.mode));
-        let hits = pattern.instants().iter().zip(starts);
-        let mut both = hits.filter(|(instant, _)| instant.contains(&a) && instant.contains(&b));
-        both.any(|(_, k)| {
-            let flight = &flights[k];
+    pub fn is_coupled(&self, a: usize, b: usize, flights: &[OrbitArc]) -> bool {
+        let is_both = |own: &&OrbitArc| own.hits().contains(&a) && own.hits().contains(&b);
+        flights.iter().filter(is_both).any(|flight| {
             let q: Vec<f64> = flight.after.iter().map(|z| z[0]).collect();
             are_coupled(
                 &self.maps.contacts[a],

@@ -11,13 +11,11 @@ use crate::impact::Impact;
 use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
-use crate::orbit::contact_mode::ContactMode;
-use crate::orbit::flights::Flight;
-use crate::orbit::pattern::Pattern;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::orbit::verdict::closing::FlightPropagator;
-use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_held, search_stretch};
-use crate::orbit::verdict::thrown::{HeldAtImpact, judge_held};
+use crate::orbit::verdict::lasting::{SearchSpan, is_low_bounce, search_regimes, search_stretch};
+use crate::orbit::verdict::thrown::{HeldAtImpact, judge_thrown};
 use crate::tolerance::ORBIT_MARGIN;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -42,13 +40,12 @@ impl<'a> Judge<'a> {
     /// Whether each of some motions of one flight and one instant, given with their phases, closes.
     pub fn are_closed<'m>(
         &self,
-        pattern: &Pattern,
-        motions: impl Iterator<Item = (f64, &'m [Flight])>,
+        motions: impl Iterator<Item = (f64, &'m [OrbitArc])>,
     ) -> Vec<bool> {
         with_flow!(&*self.flow, f => {
             let mut carrier = FlightPropagator::new(self.scene, f);
             motions
-                .map(|(phase, flights)| carrier.lost(pattern, phase, flights).is_none())
+                .map(|(phase, flights)| carrier.lost(phase, flights).is_none())
                 .collect()
         })
     }
@@ -60,7 +57,7 @@ impl<'a> Judge<'a> {
     pub fn admissibility(
         &mut self,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         observer: &mut Observer,
     ) -> Result<Admissibility> {
@@ -74,23 +71,17 @@ impl<'a> Judge<'a> {
     /// `Error::Interrupted` from the observer.
     pub fn with_lasting_contact(
         &mut self,
-        held: &[Arc<RegimeMotion>],
+        regimes: &[Arc<RegimeMotion>],
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         observer: &mut Observer,
     ) -> Result<Admissibility> {
         let scene = self.scene;
-        let rate = rate(scene, flights);
-        // Behind impacts that end at rest the states after say nothing of the motion's size.
-        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
-        let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
-        let mut found = Admissibility::default();
-        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
-        self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
+        let (margins, rate, mut found) = self.at_instants(phase, flights, impacts);
         self.judge_thrown(flights, impacts, |stop| margins[stop] * rate, &mut found)?;
         let gap = |stop: usize, t: f64, state: &[Pair]| self.gap(phase, stop, t, state);
-        let free = flights.iter().filter(|flight| flight.mode.is_flight());
+        let free = flights.iter().filter(|flight| flight.is_flight());
         with_flow!(&*self.flow, f => {
             for flight in free {
                 let on_flow = |t: f64, state| {
@@ -99,7 +90,7 @@ impl<'a> Judge<'a> {
                     f.state_from_modal(state, at, &mut entered);
                     entered
                 };
-                let times = [flight.start, flight.start + flight.span];
+                let times = [flight.start, flight.end];
                 let entered = on_flow(times[0], &flight.after);
                 for (stop, row) in self.gaps.iter().enumerate() {
                     let [margin, span] = [margins[stop], flight.span];
@@ -122,7 +113,7 @@ impl<'a> Judge<'a> {
                     let stretch = SearchSpan {
                         span,
                         margin,
-                        is_released: flight.mode.released == Some(stop),
+                        is_released: flight.departure() == Some(stop),
                     };
                     let mut state = entered.clone();
                     let (skipped, check) = search_stretch(f, row, &mut state, stretch, observer)?;
@@ -130,8 +121,8 @@ impl<'a> Judge<'a> {
                 }
             }
         });
-        search_held(
-            held,
+        search_regimes(
+            regimes,
             (scene, phase),
             &margins,
             flights,
@@ -146,26 +137,37 @@ impl<'a> Judge<'a> {
         &mut self,
         effort: StopDepth,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         observer: &mut Observer,
     ) -> Result<Admissibility> {
         let scene = self.scene;
-        let rate = rate(scene, flights);
-        // Behind impacts that take all speed the states after say nothing of the motion's size.
-        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
-        let margins = margins(scene, rate, ends.map(|state| state.as_slice()));
-        let mut found = Admissibility::default();
-        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
-        self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
+        let (margins, _, mut found) = self.at_instants(phase, flights, impacts);
         with_flow!(&*self.flow, f => {
-            let start = |flight: &Flight, state: &mut Vec<Pair>| {
+            let start = |flight: &OrbitArc, state: &mut Vec<Pair>| {
                 let at = Moment::of_angle(scene.frequency * flight.start + phase);
                 f.state_from_modal(&flight.after, at, state);
             };
             search(f, (&self.gaps, &margins, effort), flights, start, &mut found, observer)?;
         });
         Ok(found)
+    }
+
+    /// What the rules say of the instants, with the margins of the stops and the rate of the motion.
+    fn at_instants(
+        &self,
+        phase: f64,
+        flights: &[OrbitArc],
+        impacts: &[Impact],
+    ) -> (Vec<f64>, f64, Admissibility) {
+        let rate = rate(self.scene, flights);
+        // Behind impacts that take all speed the states after say nothing of the motion's size.
+        let ends = flights.iter().flat_map(|f| [&f.after, &f.before_next]);
+        let margins = margins(self.scene, rate, ends.map(|state| state.as_slice()));
+        let mut found = Admissibility::default();
+        judge_impacts(impacts, |stop| margins[stop] * rate, &mut found);
+        self.judge_ends(phase, flights, impacts, (&margins, rate), &mut found);
+        (margins, rate, found)
     }
 
     /// The gap of a stop and its rate.
@@ -181,7 +183,7 @@ impl<'a> Judge<'a> {
     /// Judges the stops that are held where others are hit.
     fn judge_thrown(
         &self,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         slow: impl Fn(usize) -> f64,
         found: &mut Admissibility,
@@ -190,13 +192,13 @@ impl<'a> Judge<'a> {
         let following = flights.iter().cycle().skip(1);
         for (flight, next) in flights.iter().zip(following) {
             let own = HeldAtImpact {
-                before: flight.mode.lasting(),
-                after: next.mode.lasting(),
+                before: flight.regime(),
+                after: next.regime(),
                 time: next.start,
                 impacts,
             };
             let coupling = |one: usize, other: usize| Ok(geometry.give(one, other));
-            judge_held(own, coupling, &slow, found)?;
+            judge_thrown(own, coupling, &slow, found)?;
         }
         Ok(())
     }
@@ -205,7 +207,7 @@ impl<'a> Judge<'a> {
     fn judge_ends(
         &self,
         phase: f64,
-        flights: &[Flight],
+        flights: &[OrbitArc],
         impacts: &[Impact],
         (margins, rate): (&[f64], f64),
         found: &mut Admissibility,
@@ -213,10 +215,10 @@ impl<'a> Judge<'a> {
         let following = flights.iter().cycle().skip(1);
         for (flight, next) in flights.iter().zip(following) {
             for (stop, &margin) in margins.iter().enumerate() {
-                if is_met(impacts, stop, next.start, [&flight.mode, &next.mode]) {
+                if is_met(impacts, stop, next.start, [flight, next]) {
                     continue;
                 }
-                let time = flight.start + flight.span;
+                let time = flight.end;
                 let gap = self.gap(phase, stop, time, &flight.before_next);
                 judge_reached((stop, next.start), gap, (margin, margin * rate), found);
             }
@@ -229,11 +231,10 @@ pub(in crate::orbit) fn is_met(
     impacts: &[Impact],
     stop: usize,
     time: f64,
-    modes: [&ContactMode; 2],
+    arcs: [&OrbitArc; 2],
 ) -> bool {
     let mut hits = impacts.iter().filter(|impact| impact.time == time);
-    hits.any(|impact| impact.stop == stop)
-        || modes.iter().any(|mode| !mode.regime.leaves_free(stop))
+    hits.any(|impact| impact.stop == stop) || arcs.iter().any(|arc| arc.touches(stop))
 }
 
 /// A stop that is reached faster than `slow` where others are hit would be hit too.
@@ -297,8 +298,8 @@ pub(in crate::orbit) fn judge_impacts(
 fn search<F: LinearFlow>(
     flow: &F,
     (gaps, margins, effort): (&[GapRow], &[f64], StopDepth),
-    flights: &[Flight],
-    start: impl Fn(&Flight, &mut Vec<Pair>),
+    flights: &[OrbitArc],
+    start: impl Fn(&OrbitArc, &mut Vec<Pair>),
     found: &mut Admissibility,
     observer: &mut Observer,
 ) -> Result<()> {
@@ -327,7 +328,7 @@ fn search<F: LinearFlow>(
 }
 
 /// The rate of the motion: the forcing frequency, or that of the orbit where there is no forcing.
-fn rate(scene: &ModalScene, flights: &[Flight]) -> f64 {
+fn rate(scene: &ModalScene, flights: &[OrbitArc]) -> f64 {
     if scene.frequency > 0.0 {
         scene.frequency
     } else {

@@ -9,7 +9,7 @@ use crate::flow::{FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, with_f
 use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
-use crate::orbit::flights::Flight;
+use crate::orbit::orbit_data::OrbitArc;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule};
 use crate::tolerance::{FORCE_MARGIN, LOW_BOUNCE};
 use std::sync::Arc;
@@ -24,20 +24,19 @@ pub(crate) fn is_low_bounce(start: [f64; 3], end: [f64; 3], span: f64, margin: f
 }
 
 /// Searches the flights of a linear scene in which stops are held: their contact forces, and the gaps of the other stops.
-pub(crate) fn search_held(
+pub(crate) fn search_regimes(
     regimes: &[Arc<RegimeMotion>],
     (scene, phase): (&ModalScene, f64),
     margins: &[f64],
-    flights: &[Flight],
+    flights: &[OrbitArc],
     found: &mut Admissibility,
     observer: &mut Observer,
 ) -> Result<()> {
     let following = flights.iter().cycle().skip(1);
     for (flight, next) in flights.iter().zip(following) {
-        let mode = &flight.mode;
         let known = regimes
             .iter()
-            .find(|motion| motion.regime == *mode.lasting());
+            .find(|motion| motion.regime == *flight.regime());
         let Some(motion) = known else { continue };
         let angle = |t: f64| Moment::of_angle(scene.frequency * t + phase);
         with_flow!(&motion.flow, f => {
@@ -48,12 +47,12 @@ pub(crate) fn search_held(
                 entered
             };
             let entered = on_flow(flight.start, &flight.after);
-            let end = flight.start + flight.span;
+            let end = flight.end;
             let ended = on_flow(end, &flight.before_next);
             for (guard, quantity) in motion.guards() {
                 let (stop, row) = (guard.element, f.gap_row(quantity));
                 if guard.is_gap() {
-                    let is_released = mode.released == Some(stop);
+                    let is_released = flight.departure() == Some(stop);
                     let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
                     let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
                     found.note(stop, flight.start + skipped, &check);
@@ -70,7 +69,7 @@ pub(crate) fn search_held(
                 found.leave_open(stop, flight.start, &check);
                 let lowest = check.violation.map(|lowest| (flight.start + lowest.time, lowest.gap));
                 // The search leaves the end to what ends the flight: at the stop's own release the force is zero, anywhere else it has to push.
-                let is_released = next.mode.released == Some(stop);
+                let is_released = next.departure() == Some(stop);
                 let last = Some((end, at(&ended).c[0])).filter(|(_, force)| !is_released && *force < -margin);
                 let worst = lowest.into_iter().chain(last).min_by(|a, b| a.1.total_cmp(&b.1));
                 if let Some((time, force)) = worst {

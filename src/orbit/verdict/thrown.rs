@@ -17,7 +17,7 @@ pub(in crate::orbit) struct HeldAtImpact<'a> {
 
 /// Judges stops that are held where others are hit. `speed_per_impulse` of two stops is what an impulse on the second one gives to the
 /// opening speed of the first; speeds up to `slow` are none.
-pub(in crate::orbit) fn judge_held(
+pub(in crate::orbit) fn judge_thrown(
     own: HeldAtImpact<'_>,
     speed_per_impulse: impl Fn(usize, usize) -> Result<f64>,
     slow: impl Fn(usize) -> f64,
@@ -76,7 +76,7 @@ mod tests {
         let mut found = Admissibility::default();
         let coupling =
             |one: usize, other: usize| Ok(if one == other { 2.0 } else { opening / 4.0 });
-        judge_held(own, coupling, |_| 1e-9, &mut found).expect("no errors");
+        judge_thrown(own, coupling, |_| 1e-9, &mut found).expect("no errors");
         found.breach.map(|breach| breach.rule)
     }
 

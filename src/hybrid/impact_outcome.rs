@@ -4,17 +4,15 @@
 use crate::error::Result;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::impact::resolve_impacts;
-use crate::law::Regime;
+use crate::law::{Regime, Transition};
 use nalgebra::{DMatrix, DVector};
 
-/// The states, after an impact on one stop, of the stops that were held before.
+/// What an impact on one stop is in a regime.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct HeldThrough {
-    /// The stop that is hit, and those held that take an impulse with it.
-    pub struck: Vec<usize>,
-    /// Those that are held after it.
-    pub held: Vec<usize>,
-    /// Those that the motion is thrown off.
+pub(crate) struct ImpactOutcome {
+    /// The impact, on the stop that is hit and on those held that take an impulse with it.
+    pub transition: Transition,
+    /// The stops that the motion is thrown off.
     pub thrown: Vec<usize>,
 }
 
@@ -22,12 +20,12 @@ pub(crate) struct HeldThrough {
 ///
 /// # Errors
 /// What the maps report; reactions with which no impulses keep the stops from closing.
-pub(crate) fn held_through<M: HybridMaps + ?Sized>(
+pub(crate) fn impact_outcome<M: HybridMaps + ?Sized>(
     maps: &M,
     (hit, before): (usize, &Regime),
     t: f64,
     state: &DVector<f64>,
-) -> Result<HeldThrough> {
+) -> Result<ImpactOutcome> {
     let others = before
         .constrained()
         .iter()
@@ -35,13 +33,10 @@ pub(crate) fn held_through<M: HybridMaps + ?Sized>(
         .filter(|stop| *stop != hit);
     let stops: Vec<usize> = std::iter::once(hit).chain(others).collect();
     let count = stops.len();
-    let mut found = HeldThrough {
-        struck: vec![hit],
-        held: Vec::new(),
-        thrown: Vec::new(),
-    };
+    let (mut struck, mut thrown) = (vec![hit], Vec::new());
     if count == 1 {
-        return Ok(found);
+        let transition = Transition::Strike(struck);
+        return Ok(ImpactOutcome { transition, thrown });
     }
     let (mut gaps, mut reactions) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for &stop in &stops {
@@ -56,15 +51,31 @@ pub(crate) fn held_through<M: HybridMaps + ?Sized>(
     let law = resolve_impacts(&delassus, &restitutions, &speeds, &DVector::zeros(count))?;
     for (i, &stop) in stops.iter().enumerate().skip(1) {
         if law.opening_speeds[i] > 0.0 {
-            found.thrown.push(stop);
-            continue;
-        }
-        found.held.push(stop);
-        if law.impulses[i] > 0.0 {
-            found.struck.push(stop);
+            thrown.push(stop);
+        } else if law.impulses[i] > 0.0 {
+            struck.push(stop);
         }
     }
-    Ok(found)
+    let transition = Transition::Strike(struck);
+    Ok(ImpactOutcome { transition, thrown })
+}
+
+/// The transition by which a motion comes to rest on a stop in a regime: one impact where that takes all speed, impacts that accumulate
+/// elsewhere. None where the impact throws the motion off another stop.
+///
+/// # Errors
+/// As [`impact_outcome`].
+pub(crate) fn landing_on<M: HybridMaps + ?Sized>(
+    maps: &M,
+    (stop, before): (usize, &Regime),
+    t: f64,
+    state: &DVector<f64>,
+) -> Result<Option<Transition>> {
+    if !maps.law(stop).is_inelastic() {
+        return Ok(Some(Transition::Chatter(stop)));
+    }
+    let ImpactOutcome { transition, thrown } = impact_outcome(maps, (stop, before), t, state)?;
+    Ok(thrown.is_empty().then_some(transition))
 }
 
 #[cfg(test)]
@@ -76,7 +87,7 @@ mod tests {
     use nalgebra::{dmatrix, dvector};
 
     /// What an impact on the second stop does to the first one, which is held, of two masses coupled by their inertia.
-    fn found(coupling: f64, second: f64) -> HeldThrough {
+    fn found(coupling: f64, second: f64) -> ImpactOutcome {
         let mass = dmatrix![1.0, coupling; coupling, 1.0];
         let system = LinearSystem::new(mass, DMatrix::zeros(2, 2), dmatrix![2.0, 0.0; 0.0, 3.0]);
         let stops = [
@@ -87,7 +98,8 @@ mod tests {
         let scene = Scene::new(system.expect("definite"), Forcing::Unforced, stops);
         let modal = ModalScene::of(&scene.expect("valid"), "test").expect("linear");
         let maps = ClosedFormMaps::new(&modal, 0.0, Vec::new());
-        held_through(&maps, (1, &Regime::holding([0])), 0.0, &DVector::zeros(4)).expect("solvable")
+        impact_outcome(&maps, (1, &Regime::holding([0])), 0.0, &DVector::zeros(4))
+            .expect("solvable")
     }
 
     #[test]
@@ -95,13 +107,13 @@ mod tests {
         // M^-1 = [1, -c; -c, 1]/(1 - c^2): an impulse p on the second normal changes the speed along the first by c p/(1 - c^2).
         let c = 0.4;
         let thrown = found(-c, 1.0);
-        assert_eq!((thrown.struck, thrown.held), (vec![1], vec![]));
+        assert_eq!(thrown.transition.struck(), [1]);
         assert_eq!(thrown.thrown, [0]);
         let pressed = found(-c, -1.0);
-        assert_eq!((pressed.struck, pressed.held), (vec![1, 0], vec![0]));
+        assert_eq!(pressed.transition.struck(), [1, 0]);
         assert!(pressed.thrown.is_empty());
         let alone = found(0.0, 1.0);
-        assert_eq!((alone.struck, alone.held), (vec![1], vec![0]));
+        assert_eq!(alone.transition.struck(), [1]);
         assert!(alone.thrown.is_empty());
     }
 }
