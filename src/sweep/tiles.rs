@@ -4,10 +4,6 @@
 use crate::error::{Failure, Result};
 use crate::observer::{report, unless_broken_off};
 use crate::quantity::at_least_one;
-use std::time::Duration;
-
-/// Time between two calls of the observer: short beside the 0.2 s in which an interruption is to be answered.
-const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Options of sweeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,10 +91,13 @@ fn alone<T, W>(
 mod on_threads {
     use crate::error::{Error, Failure, Result};
     use crate::observer::{report, with_observer};
-    use crate::sweep::tiles::OBSERVER_INTERVAL;
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, Mutex};
+    use std::time::{Duration, Instant};
+
+    /// Time between two questions to the observer: short beside the 0.2 s in which an interruption is to be answered.
+    const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
 
     /// What the threads of one sweep share.
     struct Shared<'a, T> {
@@ -202,13 +201,13 @@ mod on_threads {
                     with_observer(answer, || shared.work(tile, &workspace, &items));
                 });
             }
-            let mut last = std::time::Instant::now();
+            let mut last = Instant::now();
             while shared.working.load(Ordering::Acquire) > 0 {
                 std::thread::park_timeout(OBSERVER_INTERVAL.saturating_sub(last.elapsed()));
                 if last.elapsed() < OBSERVER_INTERVAL {
                     continue;
                 }
-                last = std::time::Instant::now();
+                last = Instant::now();
                 if verdict.is_ok() {
                     verdict = report(shared.done.load(Ordering::Relaxed) as f64);
                     shared
@@ -237,6 +236,7 @@ mod tests {
     use std::cell::RefCell;
     use std::ops::ControlFlow;
     use std::rc::Rc;
+    use std::time::Duration;
 
     fn squares(
         threads: usize,
