@@ -15,8 +15,6 @@ const RANGES: [(f64, f64); 2] = [(1.3, 1.7), (0.05, 0.8)];
 /// The paper's frequency.
 const FREQUENCY: f64 = 1.5;
 
-/// Goes on.
-
 /// The paper's orbit of a kind.
 fn orbit_of(kind: Kind) -> Result<PeriodicOrbit> {
     let options = OrbitOptions {
