@@ -53,14 +53,14 @@ pub(crate) struct ExplicitRk<T, S, const N: usize, const P: usize> {
     tableau: PhantomData<T>,
 }
 
-/// Evaluates the stages from a first one up to before a last one, out of those that any method has. Their numbers are known when they are
+/// Evaluates the stages after one and up to another, out of those that any method has. Their numbers are known when they are
 /// compiled: sums over the stages before are written out, zeros left out, and stages at one time share what drives the motion there.
 macro_rules! stages {
-    ($self:ident, ($first:expr, $last:expr), ($dynamics:ident, $start:ident, $h:ident), $($k:literal)*) => {
+    ($self:ident, ($after:expr, $last:expr), ($dynamics:ident, $start:ident, $h:ident), $($k:literal)*) => {
         let drive_at = |k: usize| $dynamics.drive($start.at.after(T::NODES[k - 1] * $h));
-        let mut drive = drive_at($first);
-        $(if const { $first <= $k && $k < $last } {
-            if $k > $first && T::NODES[$k - 1] != T::NODES[$k - 2] {
+        let mut drive = drive_at($after + 1);
+        $(if const { $after < $k && $k <= $last } {
+            if $k > $after + 1 && T::NODES[$k - 1] != T::NODES[$k - 2] {
                 drive = drive_at($k);
             }
             $self.stage::<D, $k>($dynamics, drive, $start.x, $h)?;
@@ -90,9 +90,9 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> ExplicitRk<T, 
 
     /// The stages that only the dense output needs, once a step.
     fn extend<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<()> {
-        if const { T::END + 1 < N } && !self.is_extended {
-            stages!(self, (T::END + 1, N), (dynamics, start, h), 4 5 6 7 8 9 10 11 12 13 14 15);
-            self.n_rhs += N - 1 - T::END;
+        if const { T::END < T::ROWS.len() } && !self.is_extended {
+            stages!(self, (T::END, T::ROWS.len()), (dynamics, start, h), 4 5 6 7 8 9 10 11 12 13 14 15);
+            self.n_rhs += T::ROWS.len() - T::END;
             self.is_extended = true;
         }
         Ok(())
@@ -195,7 +195,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> Stepper<S>
     #[inline]
     fn step<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>, h: f64) -> Result<bool> {
         self.is_extended = false;
-        stages!(self, (1, T::END + 1), (dynamics, start, h), 1 2 3 4 5 6 7 8 9 10 11 12);
+        stages!(self, (0, T::END), (dynamics, start, h), 1 2 3 4 5 6 7 8 9 10 11 12);
         self.n_rhs += T::END;
         Ok(true)
     }
