@@ -23,7 +23,7 @@ const MOST_FLIGHT_CUTS: i32 = 30;
 
 /// A run arc by arc; an arc after a cut begins with nothing.
 pub(super) struct RunItinerary {
-    /// The arcs, shape `(n_arcs,)`, their states [m, m/s].
+    /// The arcs, shape (arcs,), times [s] and states (q, v), [m, m/s].
     pub arcs: Vec<MotionArc<DVector<f64>>>,
     /// For each arc the places in the list of times that are asked for, and the times, in order of time.
     pub asked: Vec<Vec<(usize, f64)>>,

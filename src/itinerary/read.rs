@@ -15,7 +15,7 @@ use nalgebra::DVector;
 #[derive(Debug, Clone)]
 pub(crate) struct ReadInstant {
     pub instant: Instant,
-    /// The phase of the forcing at it \[rad\].
+    /// The phase of the forcing at it \[rad\]; zero on an orbit, which has a phase of its own.
     pub phase: f64,
     /// The approach speed of its impact \[m/s\], zero without one.
     pub approach: f64,
