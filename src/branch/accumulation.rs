@@ -1,6 +1,7 @@
 //! The border of a chatter from the side of finitely many impacts: the limit of a sequence of grazes (theory 19, "Chatter border").
 
 use crate::branch::border::CriticalBounces;
+use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::continued::continuation_of;
 use crate::branch::options::ContinuationOptions;
 use crate::branch::problem::{BranchProblem, span_of};
@@ -8,7 +9,7 @@ use crate::branch::special::{Special, SpecialKind};
 use crate::branch::switching::born_at;
 use crate::continuation::EndReason;
 use crate::error::{Error, Result};
-use crate::model::{Parameter, Scene};
+use crate::model::Scene;
 use crate::tolerance::{ACCUMULATING_GRAZE_GAP, ACCUMULATION_FACTOR_MATCH, NEAREST_GRAZES};
 
 /// Branches that are followed one after another from graze to graze, at the most. `[work]`
@@ -20,7 +21,7 @@ const LEAST_GRAZES: usize = 6;
 /// others that become ever slower. None where the grazes do not accumulate. From the graze to the branch that is born there, to its graze,
 /// and so on, up to 40 times; the border is extrapolated, and its error is by how much the last steps of that change the limit.
 ///
-/// `between` is the range of the branch. The orbit is the last one that touches; the arclength
+/// `over` and `between` are what the branch goes over, and its range, as in [`branches`](crate::branches). The orbit is the last one that touches; the arclength
 /// is not a number, as the border is on none of the branches.
 ///
 /// # Errors
@@ -48,23 +49,17 @@ const LEAST_GRAZES: usize = 6;
 /// assert!(border.parameter < graze.parameter && border.error < 1e-6);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
-pub fn accumulation(
+pub fn accumulation<'a>(
     special: &Special,
-    parameter: Parameter,
+    over: impl Into<ContinuationParameter<'a>>,
     between: (f64, f64),
 ) -> Result<Option<Special>> {
-    accumulation_of(special, &special.scenes_over(parameter), between)
-}
-
-/// The same over scenes of any kind, one for each value.
-///
-/// # Errors
-/// As [`accumulation`]; what `make` says.
-pub fn accumulation_of(
-    special: &Special,
-    make: &dyn Fn(f64) -> Result<Scene>,
-    between: (f64, f64),
-) -> Result<Option<Special>> {
+    let over = over.into();
+    // Elastic impacts do not accumulate.
+    if let ContinuationParameter::Energy = over {
+        return Ok(None);
+    }
+    let make = &|value: f64| over.scene(&special.orbit, special.parameter, value);
     let (SpecialKind::Graze, Some(stop)) = (special.kind, special.stop) else {
         let rule = "it must be a graze, behind which an impact more is born";
         return Err(Error::bad_value("special", special.kind.name(), rule));

@@ -8,6 +8,7 @@ use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::options::ContinuationOptions;
 use crate::branch::simulations_beyond::{KickFn, KickedMotion, NearingMotions, or_reason};
 use crate::branch::special::Special;
+use crate::branch::switching::branches;
 use crate::error::{Error, Result, digits};
 use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{KICK_SIZE, KICKED_BOX, SIMULATED_DISTANCE};
@@ -59,7 +60,7 @@ pub fn beyond(
     let ahead = if is_far_above { delta } else { -delta };
     let value = special.parameter + ahead;
     // What does not close, or has no scene, is none.
-    let candidates = or_reason(parameter.branches(special, (low, high)))?.unwrap_or_default();
+    let candidates = or_reason(branches(special, parameter, (low, high)))?.unwrap_or_default();
     for own in candidates.iter().filter(|own| own.is_above == is_far_above) {
         if let Some(at) = goes_on(special, parameter, own, value)? {
             return Ok(Beyond {

@@ -1,13 +1,8 @@
 //! The continuation parameter of a branch: a number of the scene, a value of which scenes are made, or the energy of the motion.
 
-#[cfg(feature = "python")]
-use crate::branch::accumulation::{accumulation, accumulation_of};
-use crate::branch::candidate::Candidate;
 use crate::branch::continued::{continuation, continuation_of, continuation_over_energy};
 use crate::branch::options::ContinuationOptions;
 use crate::branch::result::Branch;
-use crate::branch::special::Special;
-use crate::branch::switching::{branches, branches_of, branches_over_energy};
 use crate::error::{Error, Result};
 use crate::model::{Parameter, Scene};
 use crate::orbit::PeriodicOrbit;
@@ -21,6 +16,18 @@ pub enum ContinuationParameter<'a> {
     Scenes(&'a dyn Fn(f64) -> Result<Scene>),
     /// The energy of the motion, in one scene.
     Energy,
+}
+
+impl From<Parameter> for ContinuationParameter<'_> {
+    fn from(parameter: Parameter) -> Self {
+        Self::Number(parameter)
+    }
+}
+
+impl<'a, F: Fn(f64) -> Result<Scene>> From<&'a F> for ContinuationParameter<'a> {
+    fn from(make: &'a F) -> Self {
+        Self::Scenes(make)
+    }
 }
 
 impl ContinuationParameter<'_> {
@@ -62,29 +69,6 @@ impl ContinuationParameter<'_> {
                 let rule = "of scenes that are made of values it must be the value of the orbit";
                 Err(Error::bad_value("start", "none", rule))
             }
-        }
-    }
-
-    /// The branches that meet a branch at a special point.
-    pub(crate) fn branches(self, special: &Special, between: (f64, f64)) -> Result<Vec<Candidate>> {
-        match self {
-            Self::Number(parameter) => branches(special, parameter, between),
-            Self::Scenes(make) => branches_of(special, make, between),
-            Self::Energy => branches_over_energy(special, between),
-        }
-    }
-
-    /// The border towards which grazes accumulate; none of elastic impacts.
-    #[cfg(feature = "python")]
-    pub(crate) fn accumulation(
-        self,
-        special: &Special,
-        between: (f64, f64),
-    ) -> Result<Option<Special>> {
-        match self {
-            Self::Number(parameter) => accumulation(special, parameter, between),
-            Self::Scenes(make) => accumulation_of(special, make, between),
-            Self::Energy => Ok(None),
         }
     }
 }

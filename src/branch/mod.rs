@@ -55,7 +55,7 @@ mod walk;
 mod zero_problem;
 
 pub use crate::continuation::{BranchEnd, EndReason};
-pub use accumulation::{accumulation, accumulation_of};
+pub use accumulation::accumulation;
 pub use beyond::beyond;
 pub use beyond_outcome::{Beyond, BeyondOptions, BeyondOutcome};
 pub use candidate::Candidate;
@@ -66,7 +66,7 @@ pub use monitor::{MonitorZero, MonitoredBranch};
 pub use options::{ContinuationOptions, Heading, Virtual};
 pub use result::Branch;
 pub use special::{Special, SpecialKind};
-pub use switching::{branches, branches_of, branches_over_energy};
+pub use switching::branches;
 pub use tree::{BranchTree, TreeOptions, branch_tree};
 
 #[cfg(feature = "python")]

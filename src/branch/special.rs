@@ -2,10 +2,8 @@
 
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
-use crate::error::Result;
 use crate::impact::Impact;
 use crate::itinerary::Coincidence;
-use crate::model::{Parameter, Scene};
 use crate::orbit::{Breach, PeriodicOrbit, Rule};
 use crate::tolerance::{
     BREACH_AT_IMPACT, LOST_IMPACT_SPEED, REACHED_AT_IMPACT, ROUNDED_IMPACT_SPEED,
@@ -115,16 +113,6 @@ pub struct Special {
 }
 
 impl Special {
-    /// The scenes of a number, from that of its orbit; factors count from the scene of the branch.
-    pub(super) fn scenes_over(&self, parameter: Parameter) -> impl Fn(f64) -> Result<Scene> + '_ {
-        let unit = if parameter.is_factor() {
-            self.parameter
-        } else {
-            1.0
-        };
-        move |value| self.orbit.scene().with_value(parameter, value / unit)
-    }
-
     /// A special point of a kind at a point of the branch.
     pub(super) fn at(kind: SpecialKind, point: &AcceptedPoint, error: f64) -> Self {
         Self {

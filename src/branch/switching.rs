@@ -2,6 +2,7 @@
 
 use crate::branch::beyond_boundary::orbit_beyond_boundary;
 use crate::branch::candidate::Candidate;
+use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::energy::energy_at;
 use crate::branch::landing::with_landing_change;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
@@ -19,7 +20,6 @@ use crate::error::{Error, Result};
 use crate::hybrid::{carried, reset};
 use crate::itinerary::turned;
 use crate::linalg::rank;
-use crate::model::{Parameter, Scene};
 use crate::orbit::{Signature, with_maps};
 use crate::tolerance::{
     ASIDE_LENGTH, BEYOND_BOUNDARY_DISTANCE, BORN_IMPACT_SPEED, BORN_IMPACT_STEP,
@@ -34,15 +34,16 @@ const MOST_BORN_ROUNDS: usize = 6;
 /// Distances from a boundary at which an orbit is looked for, each nearer than the one before. `[work]`
 const MOST_NEARER_ORBITS: i32 = 3;
 
-/// The branches that meet a branch over a number of its scene at a special point, an orbit of each near it: at a period doubling the one of
+/// The branches that meet a branch at a special point, an orbit of each near it: at a period doubling the one of
 /// twice the period; at a boundary those with an impact more, in one to six rounds, or less, or with two in the other order, or with a
 /// flight or a stay on a stop more or less where a contact comes or goes. None at a fold.
 ///
-/// `between` is the range of the branch. Of branches that are born at a graze most are not admissible, and say so; those that are come
+/// `over` is what the branch goes over: a number of its scene, a function that makes the scene of each value, or the energy of the motion;
+/// `between` is its range. Of branches that are born at a graze most are not admissible, and say so; those that are come
 /// first. What is not found near the point is left out.
 ///
 /// # Errors
-/// As [`continuation`](fn@crate::continuation).
+/// As [`continuation`](fn@crate::continuation); what a function says that makes scenes of values.
 ///
 /// # References
 /// Theory section 19, "Switching"; A. B. Nordmark, J. Sound Vib. 145 (1991) 279.
@@ -63,44 +64,27 @@ const MOST_NEARER_ORBITS: i32 = 3;
 /// assert_eq!(born[0].orbit.n_periods(), 2);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
-pub fn branches(
+pub fn branches<'a>(
     special: &Special,
-    parameter: Parameter,
+    over: impl Into<ContinuationParameter<'a>>,
     between: (f64, f64),
 ) -> Result<Vec<Candidate>> {
-    branches_of(special, &special.scenes_over(parameter), between)
-}
-
-/// The same over scenes of any kind, one for each value.
-///
-/// # Errors
-/// As [`branches`]; what `make` says.
-pub fn branches_of(
-    special: &Special,
-    make: &dyn Fn(f64) -> Result<Scene>,
-    between: (f64, f64),
-) -> Result<Vec<Candidate>> {
-    let mut begun = BranchProblem::around(&special.orbit, make, special.parameter, between)?;
-    if special.kind != SpecialKind::Pitchfork {
-        begun = begun.0.by_pulses(begun.1)?;
-    }
-    meeting(special, &begun)
-}
-
-/// The same over the energy of the motion ([`continuation_over_energy`](crate::continuation_over_energy)).
-///
-/// # Errors
-/// As [`branches`].
-pub fn branches_over_energy(special: &Special, between: (f64, f64)) -> Result<Vec<Candidate>> {
-    let (energetics, _) = energy_at(&special.orbit)?;
-    let make = |_: f64| Ok(special.orbit.scene().clone());
+    let over = over.into();
+    let make = |value: f64| over.scene(&special.orbit, special.parameter, value);
     let (problem, place) =
         BranchProblem::around(&special.orbit, &make, special.parameter, between)?;
-    let problem = BranchProblem {
-        energetics: Some(&energetics),
-        ..problem
-    };
-    meeting(special, &(problem, place))
+    if let ContinuationParameter::Energy = over {
+        let (energetics, _) = energy_at(&special.orbit)?;
+        let problem = BranchProblem {
+            energetics: Some(&energetics),
+            ..problem
+        };
+        return meeting(special, &(problem, place));
+    }
+    if special.kind == SpecialKind::Pitchfork {
+        return meeting(special, &(problem, place));
+    }
+    meeting(special, &problem.by_pulses(place)?)
 }
 
 /// The branches that meet a branch at a loop of its scenes.

@@ -6,6 +6,7 @@ use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::options::ContinuationOptions;
 use crate::branch::result::Branch;
 use crate::branch::same_orbit::are_one_orbit;
+use crate::branch::switching;
 use crate::continuation::{BranchEnd, EndReason};
 use crate::error::{Error, Result};
 use crate::orbit::PeriodicOrbit;
@@ -139,7 +140,7 @@ fn offered(
             if !through && special.kind.is_boundary() {
                 continue;
             }
-            let each = parameter.branches(special, between)?.into_iter();
+            let each = switching::branches(special, parameter, between)?.into_iter();
             let is_offered = |own: &Candidate| {
                 (between.0..=between.1).contains(&own.parameter)
                     && own.orbit.is_admissible() == Some(true)

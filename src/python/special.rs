@@ -85,7 +85,7 @@ pub(crate) fn _branches(
 ) -> PyResult<Bound<'_, PyAny>> {
     let between = point.between;
     let found = asked(py, (&point, make.as_ref()), false, |special, parameter| {
-        parameter.branches(special, between)
+        branch::branches(special, parameter, between)
     });
     found?.unwrap_or_default().field(py)
 }
@@ -103,7 +103,7 @@ pub(crate) fn _accumulation(
         py,
         (&point, make.as_ref()),
         progress,
-        |special, parameter| parameter.accumulation(special, between),
+        |special, parameter| branch::accumulation(special, parameter, between),
     );
     found?.flatten().field(py)
 }

@@ -6,9 +6,9 @@ use crate::scenes::USUAL;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Candidate, ContinuationOptions, EndReason, Error, Forcing, Guess, LinearSystem,
-    PendulumChain, PeriodicOrbit, Result, Scene, SimulateOptions, SpecialKind, Stop, System, Wall,
-    WallSide, branches_over_energy, continuation_over_energy, find_orbit, simulate,
+    Branch, Candidate, ContinuationOptions, ContinuationParameter, EndReason, Error, Forcing,
+    Guess, LinearSystem, PendulumChain, PeriodicOrbit, Result, Scene, SimulateOptions, SpecialKind,
+    Stop, System, Wall, WallSide, branches, continuation_over_energy, find_orbit, simulate,
 };
 
 fn scene(system: impl Into<System>, stops: &[Stop]) -> Scene {
@@ -136,7 +136,7 @@ fn where_a_family_doubles_another_is_born() {
         let branch = followed(&first, (0.2, 60.0));
         for special in &branch.special {
             let born: Vec<Candidate> =
-                branches_over_energy(special, (0.2, 60.0)).expect("a search");
+                branches(special, ContinuationParameter::Energy, (0.2, 60.0)).expect("a search");
             if special.kind != SpecialKind::PeriodDoubling {
                 continue;
             }

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
     ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
-    SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches, branches_of,
-    continuation_of, find_orbit, simulate,
+    SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches, continuation_of,
+    find_orbit, simulate,
 };
 
 const RANGE: (f64, f64) = (0.2, 6.0);
@@ -139,7 +139,7 @@ fn behind_its_rise_a_flight_comes_to_nothing() {
             "{off:e} {:e}",
             border.error
         );
-        let born = branches_of(border, &make, (0.5, 1.2)).expect("a search");
+        let born = branches(border, &make, (0.5, 1.2)).expect("a search");
         let [held] = born.as_slice() else {
             panic!("{restitution}: {}", born.len());
         };

@@ -6,7 +6,7 @@ use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
     Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind,
-    Stop, Virtual, branches, branches_of, continuation_of, find_orbit, periodic_orbits, simulate,
+    Stop, Virtual, branches, continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_of(branch: &Branch, kind: SpecialKind) -> &Special {
@@ -271,7 +271,7 @@ fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
             branch.ends
         );
         assert!((rise.parameter - 1.0).abs() < 1e-9, "{}", rise.parameter);
-        let born = branches_of(rise, &make, (0.5, 1.2)).expect("a search");
+        let born = branches(rise, &make, (0.5, 1.2)).expect("a search");
         let [other] = born.as_slice() else {
             panic!("{restitution}: {}", born.len());
         };

@@ -6,8 +6,8 @@ use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, ContinuationOptions, EndReason, Harmonic, Kind, LinearSystem, OrbitOptions,
     PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SimulateOptions,
-    Special, SpecialKind, Stop, Virtual, branches, branches_of, continuation_of, find_orbit,
-    paper_scene, periodic_orbits, simulate,
+    Special, SpecialKind, Stop, Virtual, branches, continuation_of, find_orbit, paper_scene,
+    periodic_orbits, simulate,
 };
 
 fn kept() -> ContinuationOptions {
@@ -116,7 +116,7 @@ fn a_doubled_branch_has_its_tip_at_the_closed_form() {
             let again = along(&found.orbits[far], found.parameter[far]);
             check_tip(&again, wanted, known);
             // There is the motion that it was doubled from.
-            let parent = branches_of(tip, &force, forces).expect("one");
+            let parent = branches(tip, &force, forces).expect("one");
             assert_eq!(parent.len(), 1);
             assert_eq!(parent[0].orbit.n_periods(), 1);
             let miss = Oscillator {
@@ -400,7 +400,7 @@ fn a_driven_pendulum_that_hits_nothing_has_its_tip_where_it_is_known() {
         "{}",
         tip.parameter
     );
-    let parent = branches_of(tip, &scene, (1.05, 1.075)).expect("one");
+    let parent = branches(tip, &scene, (1.05, 1.075)).expect("one");
     let (orbit, at) = (&parent[0].orbit, 1.06);
     let orbit = find_orbit(&scene(at).expect("valid"), orbit, None).expect("beside it");
     let branch = continuation_of(&orbit, &scene, at, (1.05, 1.075), &kept()).expect("one");
