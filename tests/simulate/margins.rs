@@ -72,10 +72,7 @@ fn a_start_is_judged_by_the_margin_of_its_flight() {
         );
     }
     // Steps that err by their tolerance judge a start by it.
-    let steps = SimulateOptions {
-        solver: Method::Rk45.into(),
-        ..with(Method::Exact, 1e-3)
-    };
+    let steps = with(Method::Rk45, 1e-3);
     assert_eq!(
         from(1e-3, &steps).expect("in contact").impacts()[0].time,
         0.0

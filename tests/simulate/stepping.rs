@@ -33,10 +33,7 @@ fn rk45(rtol: f64) -> SimulateOptions {
 }
 
 fn exact(rtol: f64) -> SimulateOptions {
-    SimulateOptions {
-        solver: Method::Exact.into(),
-        ..rk45(rtol)
-    }
+    steps(Method::Exact, rtol)
 }
 
 /// A scene with a start.
