@@ -191,24 +191,20 @@ mod tests {
         })
     }
 
-    /// Whether a number has the digit one in base three: the gaps of the set of Cantor, from ones of a third.
-    fn is_in_gap(mut k: usize) -> bool {
-        while k > 0 {
-            if k % 3 == 1 {
-                return true;
-            }
-            k /= 3;
-        }
-        false
+    /// The basin of a number below 3^6: which digit one is the first of it in base three, in turns. Those without any are the set of Cantor.
+    fn by_first_one(k: usize) -> bool {
+        let digits = (0..6).rev().map(|place| k / 3usize.pow(place) % 3);
+        digits.take_while(|&digit| digit != 1).count() % 2 == 1
     }
 
     #[test]
     fn a_line_has_dimension_one_and_the_uncertainty_that_goes_with_it() {
         let line = plane(256, |i, j| 3 * i > 2 * j + 30);
         let (dimension, exponent) = (boundary_dimension(&line), uncertainty_exponent(&line));
-        assert!((dimension.value - 1.0).abs() < 0.06, "{dimension:?}");
-        assert!((exponent.value - 1.0).abs() < 0.06, "{exponent:?}");
-        assert!(dimension.error < 0.03 && exponent.error < 0.03);
+        // A slanted line passes the corners of small boxes unseen.
+        assert!((dimension.value - 1.0).abs() < 0.1, "{dimension:?}");
+        assert!((exponent.value - 1.0).abs() < 0.002, "{exponent:?}");
+        assert!(dimension.error < 0.05 && exponent.error < 0.001);
     }
 
     #[test]
@@ -244,12 +240,12 @@ mod tests {
     #[test]
     fn strips_over_the_set_of_cantor_have_its_dimension_and_one() {
         let size = 3usize.pow(6);
-        let strips = plane(size, |_, j| is_in_gap(j));
+        let strips = plane(size, |_, j| by_first_one(j));
         let wanted = 1.0 + 2f64.ln() / 3f64.ln();
         let found = boundary_dimension(&strips);
-        assert!((found.value - wanted).abs() < 0.1, "{found:?}");
+        assert!((found.value - wanted).abs() < 0.05, "{found:?}");
         let along = uncertainty_exponent(&strips);
-        assert!((2.0 - along.value - wanted).abs() < 0.1, "{along:?}");
+        assert!((2.0 - along.value - wanted).abs() < 0.05, "{along:?}");
     }
 
     #[test]
