@@ -7,14 +7,14 @@ use vibroimpact::{
 
 const FORCE: ContinuationParameter<'_> = ContinuationParameter::Number(Parameter::ForcingScale);
 
-/// A branch over the force, through its fold where it has one.
-fn branch(own: Oscillator) -> Branch {
+/// A branch over the force, through its fold where it has one in the range.
+fn branch(own: Oscillator, range: (f64, f64)) -> Branch {
     let options = ContinuationOptions {
         beyond: Virtual::Keep,
         ..ContinuationOptions::default()
     };
     let orbit = own.orbits(1).swap_remove(0);
-    followed(&orbit, Parameter::ForcingScale, (0.3, 3.0), &options)
+    followed(&orbit, Parameter::ForcingScale, range, &options)
 }
 
 fn speed(orbit: &PeriodicOrbit) -> f64 {
@@ -23,7 +23,7 @@ fn speed(orbit: &PeriodicOrbit) -> f64 {
 
 #[test]
 fn a_speed_is_reached_at_the_force_of_the_closed_form() {
-    let branch = branch(USUAL);
+    let branch = branch(USUAL, (0.3, 3.0));
     for wanted in [1.0, 2.0, 3.5, 6.0] {
         let measure = &mut |own: &PeriodicOrbit| Ok(speed(own) - wanted);
         let found = branch.monitored(FORCE, "speed", measure).expect("zeros");
@@ -54,7 +54,7 @@ fn a_value_beside_a_fold_has_an_orbit_on_each_side_of_it() {
         clearance: -0.5,
         ..USUAL
     };
-    let branch = branch(own);
+    let branch = branch(own, (0.01, 3.0));
     let fold = own.force_of(1, own.fold_speed(1)) / own.force;
     let value = fold + 0.05;
     let there = branch.at(FORCE, value).expect("orbits");
@@ -72,7 +72,7 @@ fn a_value_beside_a_fold_has_an_orbit_on_each_side_of_it() {
 
 #[test]
 fn a_jump_is_no_zero_and_what_is_no_number_is_refused() {
-    let branch = branch(USUAL);
+    let branch = branch(USUAL, (0.3, 3.0));
     let jump = &mut |own: &PeriodicOrbit| Ok(if speed(own) < 2.0 { -1.0 } else { 1.0 });
     let found = branch.monitored(FORCE, "jump", jump).expect("values");
     assert!(found.zeros.is_empty() && found.values.contains(&-1.0));

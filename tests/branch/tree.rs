@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
     BranchTree, ContinuationParameter, Error, Harmonic, LinearSystem, OrbitOptions, Parameter,
-    Pattern, PeriodicOrbit, Scene, SpecialKind, Stop, TreeOptions, branch_tree, periodic_orbits,
-    with_observer,
+    Pattern, PeriodicOrbit, Scene, Side, Special, SpecialKind, Stop, TreeOptions, branch_tree,
+    periodic_orbits, with_observer,
 };
 
 const FORCE: ContinuationParameter<'_> = ContinuationParameter::Number(Parameter::ForcingScale);
@@ -95,10 +95,11 @@ fn depth_boundaries_and_number_are_bounded() {
 
 #[test]
 fn of_two_mirror_images_one_is_followed() {
-    // Two stops that are alike: at a pitchfork two motions are born, each the image of the other.
+    // Two stops that are alike: at each pitchfork two motions are born, one the image of the other.
     let system = LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("valid");
-    let force = Harmonic::new(dvector![1.0.into()], 0.6, 0.0).expect("valid");
-    let stops = [1.0, -1.0].map(|side| Stop::new(dvector![side], 0.5, 0.7).expect("valid"));
+    let force = Harmonic::new(dvector![1.0.into()], 1.2, 0.0).expect("valid");
+    let stops = [Side::Upper, Side::Lower];
+    let stops = stops.map(|side| Stop::new(0, 0.5, 0.7).expect("valid").on_side(side));
     let scene = Scene::new(system, force, stops).expect("valid");
     let pattern = Pattern::new(vec![vec![0], vec![1]]).expect("valid");
     let orbits = periodic_orbits(&scene, &pattern, &OrbitOptions::default()).expect("a search");
@@ -107,16 +108,29 @@ fn of_two_mirror_images_one_is_followed() {
     let frequency = ContinuationParameter::Number(Parameter::Frequency);
     let smooth = TreeOptions {
         through: false,
-        depth: 1,
         ..TreeOptions::default()
     };
-    let tree = branch_tree((orbit, None), frequency, (0.3, 1.5), &smooth).expect("a tree");
-    let forks = tree.branches[0].special.iter();
-    let forks = forks
-        .filter(|own| own.kind == SpecialKind::Pitchfork)
-        .count();
-    let born = tree.parents.iter().flatten();
-    let born = born
-        .filter(|(of, place)| tree.branches[*of].special[*place].kind == SpecialKind::Pitchfork);
-    assert!(forks > 0 && born.count() <= forks);
+    let tree = branch_tree((orbit, None), frequency, (0.9, 1.8), &smooth).expect("a tree");
+    let is_fork = |own: &&Special| own.kind == SpecialKind::Pitchfork;
+    let forks = tree.branches[0].special.iter().filter(is_fork).count();
+    assert_eq!((forks, tree.branches.len()), (2, 3));
+    // Where the second one is born, no branch has an orbit of another one, or its image.
+    let each = tree.branches.iter().enumerate();
+    let each = each.map(|(k, own)| (k, own.at(frequency, 1.45).expect("orbits")));
+    let all: Vec<(usize, PeriodicOrbit)> = each
+        .flat_map(|(k, own)| own.into_iter().map(move |orbit| (k, orbit)))
+        .collect();
+    let fastest = |own: &PeriodicOrbit| {
+        let speeds = own.impacts().iter().map(|impact| impact.approach);
+        speeds.fold(0.0, f64::max)
+    };
+    assert!(all.len() >= 2);
+    for (k, own) in &all {
+        let image = own.mirrored().expect("an odd scene");
+        assert!((fastest(&image) - fastest(own)).abs() < 1e-9);
+        let others = all.iter().filter(|(other, _)| other != k);
+        for (_, other) in others {
+            assert!((fastest(other) - fastest(own)).abs() > 1e-4);
+        }
+    }
 }
