@@ -245,15 +245,15 @@ pub(crate) fn apart<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static
     let worker = std::thread::Builder::new().spawn(task).map_err(refused)?;
     while !worker.is_finished() {
         unless_broken_off()?;
-        std::thread::park_timeout(ANSWER);
+        std::thread::park_timeout(OBSERVER_INTERVAL);
     }
     worker
         .join()
         .map_err(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Time between two questions while somebody else works.
-const ANSWER: Duration = Duration::from_millis(50);
+/// Time between two questions while others work: short beside the 0.2 s in which an interruption is to be answered. [work]
+pub(crate) const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Wakes a thread that waits, when it is dropped.
 struct Waking(std::thread::Thread);

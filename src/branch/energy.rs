@@ -6,6 +6,7 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
 use crate::continuation::ScaledDirection;
 use crate::error::{Error, Result};
+use crate::hybrid::halves;
 use crate::model::Energetics;
 use crate::orbit::{Linearised, PeriodicOrbit, ShootingState};
 use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, ENERGY_OPENING};
@@ -37,12 +38,6 @@ pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
 pub(super) fn opens(direction: &BranchDirection) -> bool {
     let open = direction.loop_part.iter().next_back();
     open.is_some_and(|open| open.abs() > ENERGY_OPENING * direction.length())
-}
-
-/// Positions and velocities of a state.
-fn halves(state: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
-    let n = state.len() / 2;
-    (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
 }
 
 impl BranchProblem<'_> {

@@ -8,6 +8,7 @@ use crate::branch::shooting_nodes::period;
 use crate::continuation::corrected;
 use crate::error::{Error, Result};
 use crate::hybrid::carried;
+use crate::hybrid::halves;
 use crate::law::Regime;
 use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_maps, with_phase};
 use crate::simulate::{Keep, SimulateOptions, Status, simulate};
@@ -60,8 +61,7 @@ pub(super) fn simulated<'a>(
         depends_on_time,
         ..
     } = problem.signature;
-    let n = x.len() / 2;
-    let (mut q, mut v) = (x.rows(0, n).into_owned(), x.rows(n, n).into_owned());
+    let (mut q, mut v) = halves(&x);
     let phase = problem.phase + time / place.clock;
     let found = (problem.make)(value)
         .and_then(|scene| with_phase(&scene, phase, depends_on_time))

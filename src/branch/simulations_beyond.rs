@@ -5,6 +5,7 @@ use crate::branch::beyond_outcome::BeyondOutcome;
 use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::special::Special;
 use crate::error::{Error, Result, digits};
+use crate::hybrid::{halves, joined};
 use crate::model::{Parameter, PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::path::ImpactSide;
@@ -147,10 +148,9 @@ impl NearingMotions<'_, '_> {
             }
             None => scene,
         };
-        let n = sizes.len() / 2;
         Ok(KickedMotion {
             scene,
-            state: (start.rows(0, n).into_owned(), start.rows(n, n).into_owned()),
+            state: halves(&start),
             time: times[far],
             sizes,
         })
@@ -222,11 +222,6 @@ fn spread(period: f64, count: usize) -> Vec<f64> {
     let step = period / (count - 1) as f64;
     let times = (0..count - 1).map(|k| k as f64 * step);
     times.chain([period]).collect()
-}
-
-/// A state as one vector, shape `(2n,)`.
-fn joined((q, v): &PhysicalState) -> DVector<f64> {
-    DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
 }
 
 fn whole_state(orbit: &PeriodicOrbit, time: f64) -> DVector<f64> {

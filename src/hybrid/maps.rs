@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::impact::{StopsAt, project};
 use crate::law::{Newton, Regime};
+use crate::model::PhysicalState;
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
@@ -162,7 +163,7 @@ pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
         return Ok(());
     }
     let n = state.len() / 2;
-    let (mut q, mut v) = (state.rows(0, n).into_owned(), state.rows(n, n).into_owned());
+    let (mut q, mut v) = halves(state);
     project(&mut q, &mut v, |q| {
         state.rows_mut(0, n).copy_from(q);
         let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
@@ -184,4 +185,15 @@ pub(crate) fn project_onto<M: HybridMaps + ?Sized>(
     state.rows_mut(0, n).copy_from(&q);
     state.rows_mut(n, n).copy_from(&v);
     Ok(())
+}
+
+/// Position and velocity of a state.
+pub(crate) fn halves(state: &DVector<f64>) -> PhysicalState {
+    let n = state.len() / 2;
+    (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
+}
+
+/// Position and velocity as one state.
+pub(crate) fn joined((q, v): &PhysicalState) -> DVector<f64> {
+    DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
 }

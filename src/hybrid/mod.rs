@@ -21,7 +21,7 @@ pub(crate) mod system;
 mod timed;
 
 pub(crate) use across::{across, across_free_impact, across_impacts, across_rest};
-pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, joined, regime_motions};
+pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, regime_motions};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use impact_outcome::{ImpactOutcome, impact_outcome, landing_on};
 pub(crate) use instant::{NO_CONDITION, arrival, condition, enter, pass, reset};
@@ -30,7 +30,7 @@ pub(crate) use integrated::{
     SeriesPiece, SeriesStep, Taylor, has_series, series_order,
 };
 pub(crate) use landing::Landing;
-pub(crate) use maps::{GapAt, HybridMaps, carried, project_onto};
+pub(crate) use maps::{GapAt, HybridMaps, carried, halves, joined, project_onto};
 pub(crate) use resolver::{Resolver, Unresolved, is_one_instant};
 pub(crate) use scaled_units::{ScaledUnits, largest_of};
 pub use segment::{Graze, SegmentKind};

@@ -90,14 +90,11 @@ fn alone<T, W>(
 #[cfg(feature = "parallel")]
 mod on_threads {
     use crate::error::{Error, Failure, Result};
-    use crate::observer::{report, with_observer};
+    use crate::observer::{OBSERVER_INTERVAL, report, with_observer};
     use std::ops::ControlFlow;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, Mutex};
-    use std::time::{Duration, Instant};
-
-    /// Time between two questions to the observer: short beside the 0.2 s in which an interruption is to be answered.
-    const OBSERVER_INTERVAL: Duration = Duration::from_millis(50);
+    use std::time::Instant;
 
     /// What the threads of one sweep share.
     struct Shared<'a, T> {

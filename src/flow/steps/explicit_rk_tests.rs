@@ -17,12 +17,12 @@ const TOLERANCE: Tolerance = Tolerance {
 };
 
 /// A system of n degrees of freedom, whose drive is the moment itself.
-struct System<F> {
+struct WrittenSystem<F> {
     n: usize,
     acceleration: F,
 }
 
-impl<F: Fn(Moment, &[f64], &[f64], &mut [f64])> Dynamics for System<F> {
+impl<F: Fn(Moment, &[f64], &[f64], &mut [f64])> Dynamics for WrittenSystem<F> {
     type Drive = Moment;
 
     fn n_dof(&self) -> usize {
@@ -43,7 +43,7 @@ fn single(acceleration: impl Fn(Moment, f64, f64) -> f64) -> impl Dynamics {
     let acceleration = move |at, q: &[f64], v: &[f64], a: &mut [f64]| {
         a[0] = acceleration(at, q[0], v[0]);
     };
-    System { n: 1, acceleration }
+    WrittenSystem { n: 1, acceleration }
 }
 
 /// A damped pendulum, driven at twice its natural frequency.
@@ -224,7 +224,7 @@ fn arrays_and_vectors_give_the_same_bits() {
         a[0] = at.angle.cos() - q[0].powi(3) + 0.2 * (q[1] - q[0]);
         a[1] = 0.2 * (q[0] - q[1]) - 0.1 * v[1];
     };
-    let chain = System { n: 2, acceleration };
+    let chain = WrittenSystem { n: 2, acceleration };
     let array = [0.3, -0.7, 1.1, 0.2];
     let vector = array.to_vec();
     assert_eq!(bits(&chain, &array), bits(&chain, &vector));

@@ -2,11 +2,11 @@
 
 use crate::error::Result;
 use crate::flow::{ModalScene, RegimeMotion, SceneFlow, propagate, with_flow};
-use crate::hybrid::maps::{Breaks, GapAt, HybridMaps};
+use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, halves, joined};
 use crate::impact::impulse_matrix;
 use crate::law::{Action, ElementState, Newton, Regime};
 use crate::modal::ModalState;
-use crate::model::{Moment, PhysicalState, along_reactions};
+use crate::model::{Moment, along_reactions};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -87,16 +87,6 @@ impl<'a> ClosedFormMaps<'a> {
         let known = self.regimes.iter().find(|motion| motion.regime == *regime);
         known.expect("made for every regime of the itinerary")
     }
-}
-
-fn halves(state: &DVector<f64>) -> PhysicalState {
-    let n = state.len() / 2;
-    (state.rows(0, n).into_owned(), state.rows(n, n).into_owned())
-}
-
-/// Position and velocity as one state.
-pub(crate) fn joined((q, v): &PhysicalState) -> DVector<f64> {
-    DVector::from_iterator(2 * q.len(), q.iter().chain(v.iter()).copied())
 }
 
 impl HybridMaps for ClosedFormMaps<'_> {

@@ -8,5 +8,5 @@ mod regime_flight;
 mod system;
 
 pub(crate) use impacts::ModalImpacts;
-pub(crate) use maps::{ClosedFormMaps, joined, regime_motions};
+pub(crate) use maps::{ClosedFormMaps, regime_motions};
 pub(crate) use system::ClosedForm;

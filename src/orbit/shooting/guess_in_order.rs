@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
-use crate::hybrid::joined;
+use crate::hybrid::{halves, joined};
 use crate::impact::wrapped;
 use crate::itinerary::{Instant, Itinerary};
 use crate::law::Stage;
@@ -103,8 +103,7 @@ fn instants_in_order(
             let mut state = joined(&run.state(time, ImpactSide::Before)?);
             let none = &mut DMatrix::zeros(state.len(), 0);
             shooting.motion.impact(stops, time, &mut state, none)?;
-            let n = state.len() / 2;
-            (q, v) = (state.rows(0, n).into_owned(), state.rows(n, n).into_owned());
+            (q, v) = halves(&state);
             found.push(Instant {
                 time,
                 start: time,
