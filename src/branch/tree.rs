@@ -40,7 +40,7 @@ impl Default for TreeOptions {
     }
 }
 
-/// Branches that meet each other.
+/// Branches that meet each other: a sequence of them, each once.
 #[derive(Debug, Clone)]
 pub struct BranchTree {
     /// The branches; the first is that of the orbit that was given.
@@ -49,9 +49,9 @@ pub struct BranchTree {
     pub parents: Vec<Option<(usize, usize)>>,
 }
 
-/// Follows an orbit, which is that of a value (`None`: of its own scene), the branches that meet its branch, and those that meet them. Each
-/// branch is followed once: two are one if they share an orbit at a value, or one has the mirror image of an orbit of the other. Only orbits
-/// that keep the rules of contact are followed.
+/// Follows an orbit, and the branches that meet its branch, and those that meet them. The orbit is that of a value (`None`: of its own
+/// scene). Each branch is followed once: two are one if they share an orbit at a value, or one has the mirror image of an orbit of the
+/// other. Only orbits that keep the rules of contact are followed.
 ///
 /// # Errors
 /// As [`continuation`](fn@crate::continuation) and [`branches`](fn@crate::branches); `Error::Interrupted` when the observer of the

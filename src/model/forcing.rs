@@ -12,7 +12,7 @@ use nalgebra::{Complex, DVector};
 use std::f64::consts::TAU;
 use std::ops::Deref;
 
-/// Harmonic force `Re(amplitude exp(i (frequency t + phase)))` on the coordinates: a periodic one of one harmonic.
+/// Harmonic force `Re(amplitude exp(i (frequency t + phase)))` on the coordinates. It is a periodic one of one harmonic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Harmonic(Fourier);
 
