@@ -10,14 +10,14 @@ use crate::basin::targets::{ProximityCounter, Targets};
 use crate::error::{Error, Failure, Result};
 use crate::flow::registers;
 use crate::flow::steps::State;
-use crate::hybrid::AnyLoop;
 use crate::model::{Dynamics, PhysicalState, Scene};
 use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::finite;
 use crate::section::wait;
 use crate::simulate::{
-    Batch, Keep, Run, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, Solver, visit_runs,
+    AnyRun, Batch, Keep, RunMaker, RunMonitor, RunVisitor, SeriesRun, SimulateOptions, Solver,
+    visit_runs,
 };
 use crate::sweep::SweepOptions;
 use crate::sweep::tiles::{fill, fill_tiles};
@@ -157,11 +157,7 @@ impl RunVisitor for Cells<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "basins with method=\"exact\"";
 
-    fn visit<'a, M: AnyLoop>(
-        self,
-        make: impl Fn() -> Run<'a, M> + Sync,
-        _: Evaluator,
-    ) -> Result<()> {
+    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<()> {
         let Self {
             scene,
             targets,
@@ -172,7 +168,7 @@ impl RunVisitor for Cells<'_> {
         } = self;
         let n = scene.n_dof();
         let own_phase = scene.phase();
-        let work = |run: &mut Run<'a, M>, i: usize| {
+        let work = |run: &mut Box<AnyRun<'a>>, i: usize| {
             let row = states.row(i);
             let part = |first: usize| row.columns(first, n).transpose();
             let start: f64 = wait(period, own_phase, phases[i]);
@@ -224,7 +220,7 @@ impl RunVisitor for Cells<'_> {
                     self.fill_batches::<8, _, _>(make, phase)
                 }
             }
-            _ => self.visit(make, evaluator),
+            _ => self.visit(&|| Box::new(make()), evaluator),
         }
     }
 }

@@ -10,13 +10,13 @@ use crate::exponents::motion::verdict_of_motion;
 use crate::exponents::tangents::Tangents;
 use crate::exponents::verdict::{Attraction, ForcingKind, verdict};
 use crate::flow::TimedScene;
-use crate::hybrid::AnyLoop;
 use crate::model::{Forcing, Scene, System};
 use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
 use crate::simulate::{
-    Ending, Keep, Run, RunPiece, RunVisitor, SimulateOptions, Solver, Status, visit_runs,
+    AnyRun, Ending, Keep, RunMaker, RunPiece, RunVisitor, SimulateOptions, Solver, Status,
+    visit_runs,
 };
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -162,11 +162,7 @@ impl RunVisitor for Exponents<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "lyapunov_exponents with method=\"exact\"";
 
-    fn visit<'a, M: AnyLoop>(
-        self,
-        make: impl Fn() -> Run<'a, M> + Sync,
-        evaluator: Evaluator,
-    ) -> Result<Self::Output> {
+    fn visit<'a>(self, make: &RunMaker<'_, 'a>, evaluator: Evaluator) -> Result<Self::Output> {
         if matches!(evaluator, Evaluator::Exact { .. }) {
             let timed = TimedScene::of(self.scene, Self::BY_EXACT_FLIGHTS)?;
             let tangents = ModalTangents::new(&timed);
@@ -185,9 +181,9 @@ impl RunVisitor for Exponents<'_> {
 
 impl Exponents<'_> {
     /// Follows a run, in pieces of some time where it has steps.
-    fn along<M: AnyLoop, T: Tangents>(
+    fn along<T: Tangents>(
         self,
-        mut run: Run<'_, M>,
+        mut run: Box<AnyRun<'_>>,
         evaluator: Evaluator,
         tangents: T,
         every: Option<f64>,

@@ -208,6 +208,10 @@ impl Forcing {
 
     /// How the forcing depends on time.
     pub(crate) fn timing(&self) -> Timing {
+        // One forcing alone has nothing that it could be out of step with.
+        if let Some((frequency, _)) = self.own_angle() {
+            return Timing::Periodic { frequency };
+        }
         if self.parts().any(|part| part.own_signal().is_some()) {
             let reason =
                 "its forcing, or the motion of a stop, follows a signal, which has no period"

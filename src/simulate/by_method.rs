@@ -4,18 +4,21 @@ use crate::error::Result;
 use crate::flow::steps::chosen::{ChosenSteps, StepChoice};
 use crate::flow::steps::{DenseOutput, DormandPrince, State, Stepper};
 use crate::flow::{TimedScene, with_flow};
-use crate::hybrid::{AnyLoop, ClosedForm, InSteps, IntegratedFlow, Pendulum, Taylor, series_order};
+use crate::hybrid::{ClosedForm, InSteps, IntegratedFlow, Pendulum, Taylor, series_order};
 use crate::model::{ByInput, ByParts, Dynamics, Links, Scene, SceneMotion};
 use crate::path::Evaluator;
 use crate::simulate::method::Method;
 use crate::simulate::options::SimulateOptions;
-use crate::simulate::run::Run;
+use crate::simulate::run::{AnyRun, Run};
 use std::sync::Arc;
 
 /// Runs along the Taylor series of a pendulum.
 pub(crate) type SeriesRun<'a, S, D> = Run<'a, IntegratedFlow<'a, S, D, Taylor>>;
 
-/// A computation on runs of a scene that is compiled for each type of run.
+/// What makes runs, one for each thread.
+pub(crate) type RunMaker<'m, 'a> = dyn Fn() -> Box<AnyRun<'a>> + Sync + 'm;
+
+/// A computation on runs of a scene.
 pub(crate) trait RunVisitor: Sized {
     type Output;
 
@@ -23,11 +26,7 @@ pub(crate) trait RunVisitor: Sized {
     const BY_EXACT_FLIGHTS: &'static str;
 
     /// Takes what makes runs, and what reads the arcs that they keep but for motions with stops held, which a run leaves behind.
-    fn visit<'a, M: AnyLoop>(
-        self,
-        make: impl Fn() -> Run<'a, M> + Sync,
-        evaluator: Evaluator,
-    ) -> Result<Self::Output>;
+    fn visit<'a>(self, make: &RunMaker<'_, 'a>, evaluator: Evaluator) -> Result<Self::Output>;
 
     /// Takes runs along Taylor series, which may be computed in a batch.
     fn visit_series<'a, S: State, D: Dynamics + 'a>(
@@ -35,7 +34,7 @@ pub(crate) trait RunVisitor: Sized {
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
         evaluator: Evaluator,
     ) -> Result<Self::Output> {
-        self.visit(make, evaluator)
+        self.visit(&|| Box::new(make()), evaluator)
     }
 }
 
@@ -48,41 +47,64 @@ pub(crate) fn visit_runs<V: RunVisitor>(
     options: &SimulateOptions,
     visitor: V,
 ) -> Result<V::Output> {
-    match options.solver.method.chosen_for(scene) {
-        Method::Exact => {
-            let timed = TimedScene::of(scene, V::BY_EXACT_FLIGHTS)?;
-            let evaluator = Evaluator::Exact {
-                modal: Arc::clone(&timed.modal),
-                flow: Arc::clone(&timed.flow),
-                regimes: Vec::new(),
-                phase: 0.0,
-            };
-            let (phase, n_dof) = (scene.phase(), scene.n_dof());
-            with_flow!(&*timed.flow, flow => {
-                let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());
-                visitor.visit(|| Run::new(flow(), options, n_dof), evaluator)
-            })
-        }
-        Method::Taylor => match &Pendulum::new(scene)? {
+    if options.solver.method.chosen_for(scene) == Method::Taylor {
+        return match &Pendulum::new(scene)? {
             Pendulum::Double(motion, links) => {
                 along_series::<[f64; 4], _, _>((motion, links), scene, options, visitor)
             }
             Pendulum::Chain(motion, links) => {
                 along_series::<Vec<f64>, _, _>((motion, links), scene, options, visitor)
             }
-        },
-        steps => {
-            let motion = SceneMotion::new(scene);
-            if let Some(choice) = steps.choice() {
-                let (m, by) = (&motion, choice);
-                return match m.n_dof() {
-                    1 => in_steps::<[f64; 2], Chosen, _, _>(m, scene, options, by, visitor),
-                    2 => in_steps::<[f64; 4], Chosen, _, _>(m, scene, options, by, visitor),
-                    _ => in_steps::<Vec<f64>, Chosen, _, _>(m, scene, options, by, visitor),
-                };
-            }
-            in_pairs(&motion, scene, options, visitor)
-        }
+        };
+    }
+    let (mut visitor, mut output) = (Some(visitor), None);
+    let mut visit = |make: &RunMaker<'_, '_>, evaluator: Evaluator| {
+        output = visitor.take().map(|visitor| visitor.visit(make, evaluator));
+        Ok(())
+    };
+    if options.solver.method.chosen_for(scene) == Method::Exact {
+        in_closed_form(scene, options, V::BY_EXACT_FLIGHTS, &mut visit)?;
+    } else {
+        in_steps_of(scene, options, &mut visit)?;
+    }
+    output.expect("runs of any method are visited once")
+}
+
+/// Takes what makes runs, and what reads the arcs that they keep.
+type Visit<'v> = dyn FnMut(&RunMaker<'_, '_>, Evaluator) -> Result<()> + 'v;
+
+/// Visits runs in closed form.
+fn in_closed_form(
+    scene: &Scene,
+    options: &SimulateOptions,
+    purpose: &str,
+    visit: &mut Visit<'_>,
+) -> Result<()> {
+    let timed = TimedScene::of(scene, purpose)?;
+    let evaluator = Evaluator::Exact {
+        modal: Arc::clone(&timed.modal),
+        flow: Arc::clone(&timed.flow),
+        regimes: Vec::new(),
+        phase: 0.0,
+    };
+    let (phase, n_dof) = (scene.phase(), scene.n_dof());
+    with_flow!(&*timed.flow, flow => {
+        let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());
+        visit(&|| Box::new(Run::new(flow(), options, n_dof)), evaluator)
+    })
+}
+
+/// Visits runs in the steps of a method.
+fn in_steps_of(scene: &Scene, options: &SimulateOptions, visit: &mut Visit<'_>) -> Result<()> {
+    let motion = SceneMotion::new(scene);
+    let Some(choice) = options.solver.method.chosen_for(scene).choice() else {
+        return in_pairs(&motion, (scene, options), visit);
+    };
+    let (m, given) = (&motion, (scene, options));
+    match m.n_dof() {
+        1 => in_steps::<[f64; 2], Chosen, _>(m, given, choice, visit),
+        2 => in_steps::<[f64; 4], Chosen, _>(m, given, choice, visit),
+        _ => in_steps::<Vec<f64>, Chosen, _>(m, given, choice, visit),
     }
 }
 
@@ -138,50 +160,44 @@ macro_rules! by_parts {
 
 /// Visits runs in steps of the pair, with a state of the type that fits a motion: those of one or two coordinates take so little work that
 /// they have code of their own.
-fn in_pairs<V: RunVisitor>(
+fn in_pairs(
     motion: &SceneMotion,
-    scene: &Scene,
-    options: &SimulateOptions,
-    visitor: V,
-) -> Result<V::Output> {
+    given: (&Scene, &SimulateOptions),
+    visit: &mut Visit<'_>,
+) -> Result<()> {
     match motion {
         SceneMotion::Full(m) if m.n_dof() == 1 => by_parts!(m, m => {
-            in_steps::<[f64; 2], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+            in_steps::<[f64; 2], DormandPrinceSteps, _>(&m, given, (), visit)
         }),
         SceneMotion::Full(m) if m.n_dof() == 2 => by_parts!(m, m => {
-            in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
+            in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit)
         }),
         SceneMotion::DoublePendulum(m) => match m.by_input() {
-            ByInput::Free(m) => {
-                in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
-            }
-            ByInput::Driven(m) => {
-                in_steps::<[f64; 4], DormandPrinceSteps, _, _>(&m, scene, options, (), visitor)
-            }
+            ByInput::Free(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
+            ByInput::Driven(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
         },
         SceneMotion::Nonlinear(m) if m.n_dof() == 1 => {
-            in_steps::<[f64; 2], DormandPrinceSteps, _, _>(m, scene, options, (), visitor)
+            in_steps::<[f64; 2], DormandPrinceSteps, _>(m, given, (), visit)
         }
         SceneMotion::Nonlinear(m) if m.n_dof() == 2 => {
-            in_steps::<[f64; 4], DormandPrinceSteps, _, _>(m, scene, options, (), visitor)
+            in_steps::<[f64; 4], DormandPrinceSteps, _>(m, given, (), visit)
         }
-        _ => in_steps::<Vec<f64>, DormandPrinceSteps, _, _>(motion, scene, options, (), visitor),
+        _ => in_steps::<Vec<f64>, DormandPrinceSteps, _>(motion, given, (), visit),
     }
 }
 
 /// Visits runs in steps.
-fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync, V: RunVisitor>(
+fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync>(
     motion: &D,
-    scene: &Scene,
-    options: &SimulateOptions,
+    (scene, options): (&Scene, &SimulateOptions),
     choice: P::Choice,
-    visitor: V,
-) -> Result<V::Output> {
+    visit: &mut Visit<'_>,
+) -> Result<()> {
     let make = || {
         let free = InSteps::<P::Choice, P::Of<S>>::new(choice);
         let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
-        Run::new(flow, options, scene.n_dof())
+        Box::new(Run::new(flow, options, scene.n_dof())) as Box<AnyRun<'_>>
     };
     let degree = <P::Of<S> as Stepper<S>>::Dense::DEGREE;
-    visitor.visit(make, Evaluator::Steps { degree })
+    visit(&make, Evaluator::Steps { degree })
 }

@@ -1,14 +1,11 @@
 //! A state put onto the stops that it lies behind: where a stop was moved over it.
 
 use crate::error::Result;
-use crate::hybrid::AnyLoop;
-use crate::hybrid::HybridFlow;
-use crate::hybrid::system::{Contacts, Gaps, Holding, Present};
+use crate::hybrid::HybridSystem;
 use crate::model::{PhysicalState, Scene};
 use crate::path::Evaluator;
-use crate::simulate::by_method::{RunVisitor, visit_runs};
+use crate::simulate::by_method::{RunMaker, RunVisitor, visit_runs};
 use crate::simulate::options::SimulateOptions;
-use crate::simulate::run::Run;
 
 /// The state at a time, moved along the reactions of the stops that it lies behind onto them; as it is, where it lies behind none.
 ///
@@ -36,26 +33,26 @@ impl RunVisitor for OntoStops {
 
     const BY_EXACT_FLIGHTS: &'static str = "a state put onto stops with method=\"exact\"";
 
-    fn visit<'a, M: AnyLoop>(
-        self,
-        make: impl Fn() -> Run<'a, M> + Sync,
-        _: Evaluator,
-    ) -> Result<PhysicalState> {
+    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<PhysicalState> {
         let (q, v) = self.state;
-        let mut run = make();
-        let flow = run.flow.taken();
-        flow.start(&q, &v, self.t);
-        let system = flow.system();
-        // One stop may lead behind another.
-        for _ in 0..=system.n_stops() {
-            system.evaluate_gaps()?;
-            let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
-            let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
-            if behind.is_empty() {
-                break;
-            }
-            system.put_on(&behind)?;
-        }
-        Ok(system.physical())
+        make().flow.onto_stops((&q, &v, self.t))
     }
+}
+
+/// Moves a system along the reactions of the stops that it lies behind onto them.
+///
+/// # Errors
+/// As [`put_onto`].
+pub(crate) fn put_onto_stops<Y: HybridSystem + ?Sized>(system: &mut Y) -> Result<PhysicalState> {
+    // One stop may lead behind another.
+    for _ in 0..=system.n_stops() {
+        system.evaluate_gaps()?;
+        let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
+        let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
+        if behind.is_empty() {
+            break;
+        }
+        system.put_on(&behind)?;
+    }
+    Ok(system.physical())
 }

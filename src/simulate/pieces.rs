@@ -1,13 +1,13 @@
 //! A run that is handed on in pieces while it goes on, so that a motion of any length takes the room of one.
 
 use crate::error::Result;
-use crate::hybrid::{AnyLoop, Graze, HybridFlow};
+use crate::hybrid::Graze;
 use crate::impact::Impact;
 use crate::path::{Evaluator, Path, PathParts};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::options::{SimulateOptions, Status};
 use crate::simulate::record::Record;
-use crate::simulate::run::Run;
+use crate::simulate::run::AnyRun;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ impl RunPiece {
     }
 }
 
-impl<M: AnyLoop> Run<'_, M> {
+impl AnyRun<'_> {
     /// A run over a span that hands on its motion after a number of impacts, and, where `every` is given, after each such time, at which
     /// flights then end.
     pub fn in_pieces(
@@ -51,12 +51,11 @@ impl<M: AnyLoop> Run<'_, M> {
         let mut record = Record::new(self.options, self.n_dof);
         let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {
-            flow,
             events,
             options,
             n_dof,
+            flow,
         } = self;
-        let flow = flow.taken();
         let mut from = start;
         let mut goal = 1;
         loop {
@@ -69,7 +68,7 @@ impl<M: AnyLoop> Run<'_, M> {
                     max_impacts: Some(events.stats().n_impacts + IMPACTS_PER_PIECE),
                     ..(*options).clone()
                 };
-                events.go_on(flow, to, &some, &mut record)?
+                flow.go_on(events, to, &some, &mut record)?
             };
             let is_last = is_over
                 || match ended.status {
@@ -78,7 +77,7 @@ impl<M: AnyLoop> Run<'_, M> {
                     _ => true,
                 };
             if is_last && ended.status != Status::Finished {
-                flow.record_instant(Some(ended.time), &mut record)?;
+                flow.record_last(ended.time, &mut record)?;
             }
             let whole = std::mem::replace(&mut record, Record::new(options, *n_dof));
             let (impacts, grazes, _, parts) = whole.finish();
@@ -86,7 +85,7 @@ impl<M: AnyLoop> Run<'_, M> {
                 impacts,
                 grazes,
                 parts: parts.unwrap_or_default(),
-                regimes: flow.regime_motions(),
+                regimes: flow.told().2,
                 span: (from, ended.time),
             })?;
             if is_last {
@@ -95,7 +94,7 @@ impl<M: AnyLoop> Run<'_, M> {
             from = ended.time;
             if ended.status == Status::Finished {
                 goal += 1;
-                ending = events.go_past(flow.system(), from, &mut record)?;
+                ending = flow.go_past(events, from, &mut record)?;
             }
         }
     }

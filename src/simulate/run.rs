@@ -1,11 +1,13 @@
-//! A run: a hybrid flow through its events over a span, and what it leaves behind.
+//! A run: a hybrid flow through its events over a span, and what it leaves behind. All that makes and reads runs is compiled once, for
+//! flows of any kind behind a `dyn`.
 
 use crate::error::{Result, shortened};
 use crate::flow::RegimeMotion;
-use crate::hybrid::{AnyLoop, HybridFlow, Present};
+use crate::hybrid::{AnyLoop, Counts, HybridFlow, Present};
 use crate::model::PhysicalState;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::monitor::RunMonitor;
+use crate::simulate::on_stops::put_onto_stops;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
@@ -21,34 +23,120 @@ pub(crate) struct Done {
     pub regimes: Vec<Arc<RegimeMotion>>,
 }
 
+/// A state with its time.
+type TimedState<'s> = (&'s DVector<f64>, &'s DVector<f64>, f64);
+
+/// A flow with the event loop along it.
+pub(crate) trait EventFlow {
+    /// As [`Run::begin`].
+    fn begin(
+        &mut self,
+        events: &mut EventLoop,
+        start: TimedState<'_>,
+        record: &mut Record,
+    ) -> Result<Option<Ending>>;
+    /// As [`EventLoop::go_on`].
+    fn go_on(
+        &mut self,
+        events: &mut EventLoop,
+        to: f64,
+        options: &SimulateOptions,
+        record: &mut Record,
+    ) -> Result<Ending>;
+    /// As [`EventLoop::go_past`].
+    fn go_past(
+        &mut self,
+        events: &mut EventLoop,
+        at: f64,
+        record: &mut Record,
+    ) -> Result<Option<Ending>>;
+    /// As [`HybridFlow::record_instant`].
+    fn record_last(&mut self, last: f64, record: &mut Record) -> Result<()>;
+    /// The state where it is now.
+    fn state(&mut self) -> PhysicalState;
+    /// The state moved onto the stops that it is behind, at a time.
+    fn onto_stops(&mut self, start: TimedState<'_>) -> Result<PhysicalState>;
+    /// Counts, remarks, and the motions in other regimes than the free one, since the start.
+    fn told(&self) -> (Counts, String, Vec<Arc<RegimeMotion>>);
+}
+
+impl<M: AnyLoop> EventFlow for M {
+    fn begin(
+        &mut self,
+        events: &mut EventLoop,
+        start: TimedState<'_>,
+        record: &mut Record,
+    ) -> Result<Option<Ending>> {
+        let flow = self.taken();
+        flow.start(start.0, start.1, start.2);
+        events.start(flow, start, record)
+    }
+
+    fn go_on(
+        &mut self,
+        events: &mut EventLoop,
+        to: f64,
+        options: &SimulateOptions,
+        record: &mut Record,
+    ) -> Result<Ending> {
+        events.go_on(self.taken(), to, options, record)
+    }
+
+    fn go_past(
+        &mut self,
+        events: &mut EventLoop,
+        at: f64,
+        record: &mut Record,
+    ) -> Result<Option<Ending>> {
+        events.go_past(self.taken().system(), at, record)
+    }
+
+    fn record_last(&mut self, last: f64, record: &mut Record) -> Result<()> {
+        self.record_instant(Some(last), record)
+    }
+
+    fn state(&mut self) -> PhysicalState {
+        self.system().physical()
+    }
+
+    fn onto_stops(&mut self, (q, v, t): TimedState<'_>) -> Result<PhysicalState> {
+        let flow = self.taken();
+        flow.start(q, v, t);
+        put_onto_stops(flow.system())
+    }
+
+    fn told(&self) -> (Counts, String, Vec<Arc<RegimeMotion>>) {
+        (self.counts(), self.remarks(), self.regime_motions())
+    }
+}
+
 /// One run after another of the same scene, with their buffers.
-pub(crate) struct Run<'a, M> {
-    pub flow: M,
+pub(crate) struct Run<'a, M: ?Sized> {
     pub events: EventLoop,
     pub options: &'a SimulateOptions,
     pub n_dof: usize,
+    pub flow: M,
 }
 
-impl<'a, M: AnyLoop> Run<'a, M> {
+/// Runs along a flow of any kind.
+pub(crate) type AnyRun<'a> = Run<'a, dyn EventFlow + 'a>;
+
+impl<'a, M> Run<'a, M> {
     /// Runs along a flow.
     pub fn new(flow: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
         Self {
-            flow,
             events: EventLoop::default(),
             options,
             n_dof,
+            flow,
         }
     }
+}
 
+impl<M: EventFlow + ?Sized> Run<'_, M> {
     /// Puts a run at its start; a run that cannot begin has ended.
-    pub fn begin(
-        &mut self,
-        start: (&DVector<f64>, &DVector<f64>, f64),
-        record: &mut Record,
-    ) -> Result<Option<Ending>> {
-        let flow = self.flow.taken();
-        flow.start(start.0, start.1, start.2);
-        self.events.start(flow, start, record)
+    pub fn begin(&mut self, start: TimedState<'_>, record: &mut Record) -> Result<Option<Ending>> {
+        self.flow.begin(&mut self.events, start, record)
     }
 
     /// A run over a span.
@@ -62,9 +150,8 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         let ending = if let Some(ending) = self.begin((q0, v0, t_span.0), &mut record)? {
             ending
         } else {
-            let flow = self.flow.taken();
-            self.events
-                .go_on(flow, t_span.1, self.options, &mut record)?
+            self.flow
+                .go_on(&mut self.events, t_span.1, self.options, &mut record)?
         };
         self.finish(ending, record)
     }
@@ -86,17 +173,16 @@ impl<'a, M: AnyLoop> Run<'a, M> {
             options,
             ..
         } = self;
-        let flow = flow.taken();
         let mut parts = 1;
         let ending = loop {
             if let Some(ending) = ending {
                 break ending;
             }
             let to = end.min(start + every * f64::from(parts));
-            let ended = events.go_on(flow, to, options, &mut record)?;
+            let ended = flow.go_on(events, to, options, &mut record)?;
             let goes_on = ended.status == Status::Finished && !record.monitor.is_done && to < end;
             ending = if goes_on {
-                events.go_past(flow.system(), to, &mut record)?
+                flow.go_past(events, to, &mut record)?
             } else {
                 Some(ended)
             };
@@ -110,15 +196,16 @@ impl<'a, M: AnyLoop> Run<'a, M> {
         let Self { flow, events, .. } = self;
         if ending.status != Status::Finished {
             // The last event has a side after it, and the last instant its sample.
-            flow.record_instant(Some(ending.time), &mut record)?;
+            flow.record_last(ending.time, &mut record)?;
         }
-        ending.message = shortened(ending.message + &flow.remarks());
+        let (counts, remarks, regimes) = flow.told();
+        ending.message = shortened(ending.message + &remarks);
         Ok(Done {
             ending,
-            last: flow.system().physical(),
-            stats: events.stats().with(flow.counts()),
+            last: flow.state(),
+            stats: events.stats().with(counts),
             record,
-            regimes: flow.regime_motions(),
+            regimes,
         })
     }
 }

@@ -1,18 +1,17 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
 use crate::error::{Error, Result};
-use crate::hybrid::AnyLoop;
 use crate::linalg::singular::overflow;
 use crate::model::Scene;
 use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
-use crate::simulate::by_method::{RunVisitor, visit_runs};
+use crate::simulate::by_method::{RunMaker, RunVisitor, visit_runs};
 use crate::simulate::gathered::Gathered;
 use crate::simulate::kept::Ramped;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::options::SimulateOptions;
-use crate::simulate::run::{Done, Run};
+use crate::simulate::run::Done;
 use crate::simulate::schedule::Schedule;
 use crate::simulate::trajectory::Trajectory;
 use nalgebra::DVector;
@@ -131,9 +130,9 @@ impl RunVisitor for OneRun<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "simulate with method=\"exact\"";
 
-    fn visit<'a, M: AnyLoop>(
+    fn visit<'a>(
         self,
-        make: impl Fn() -> Run<'a, M> + Sync,
+        make: &RunMaker<'_, 'a>,
         mut evaluator: Evaluator,
     ) -> Result<(Evaluator, Done)> {
         let (q0, v0) = self.start;

@@ -3,7 +3,6 @@
 use crate::error::{Error, Result};
 use crate::flow::registers;
 use crate::flow::steps::State;
-use crate::hybrid::AnyLoop;
 use crate::impact::Impact;
 use crate::model::{Dynamics, PhysicalState, Scene};
 use crate::observer::ProgressRange;
@@ -11,8 +10,8 @@ use crate::path::{Evaluator, Samples};
 use crate::quantity::room_for;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
-    Batch, Done, Keep, Run, RunVisitor, SeriesRun, SimulateOptions, Status, Trajectory, simulate,
-    visit_runs,
+    AnyRun, Batch, Done, Keep, RunMaker, RunVisitor, SeriesRun, SimulateOptions, Status,
+    Trajectory, simulate, visit_runs,
 };
 use crate::sweep::tiles::{SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
@@ -242,13 +241,9 @@ impl RunVisitor for ManyRuns<'_> {
     const BY_EXACT_FLIGHTS: &'static str = "simulate_many with method=\"exact\"";
 
     /// Fills the ends, each thread with a run of its own.
-    fn visit<'a, M: AnyLoop>(
-        self,
-        make: impl Fn() -> Run<'a, M> + Sync,
-        _: Evaluator,
-    ) -> Result<()> {
+    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<()> {
         let (q0, v0) = self.start;
-        let work = |run: &mut Run<'a, M>, i: usize| {
+        let work = |run: &mut Box<AnyRun<'a>>, i: usize| {
             let (q0, v0) = (row(q0, i), row(v0, i));
             match run.run(&q0, &v0, self.t_span) {
                 Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
@@ -268,7 +263,7 @@ impl RunVisitor for ManyRuns<'_> {
     ) -> Result<()> {
         // A batch keeps no arcs from which samples could be taken.
         if make().options.t_eval.is_some() {
-            return self.visit(make, evaluator);
+            return self.visit(&|| Box::new(make()), evaluator);
         }
         if registers::width() < 8 {
             self.fill_batches::<4, _, _>(make)
