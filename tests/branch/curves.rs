@@ -363,7 +363,12 @@ fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there()
                 let w = TAU / orbit.scene().period().expect("forced");
                 assert!((w - y).abs() < 1e-12);
                 let impact = orbit.impacts()[0];
-                let gap = x - across.dot(&orbit.state(impact.time, true).0);
+                let gap = x - across.dot(
+                    &orbit
+                        .state(impact.time, ImpactSide::Before)
+                        .expect("a time")
+                        .0,
+                );
                 assert!(gap.abs() < 1e-9, "{seed}: {gap:e} at ({x}, {y})");
                 assert!(impact.approach > 0.0 && orbit.pattern() == &Pattern::single(0));
             }

@@ -32,7 +32,9 @@ pub fn check_retraced(branch: &Branch, tolerance: f64) {
         );
         let run = run.expect("a run");
         let (q, v) = run.last();
-        let (p, u) = orbit.state(1.4 * orbit.period(), false);
+        let (p, u) = orbit
+            .state(1.4 * orbit.period(), ImpactSide::After)
+            .expect("a time");
         let size = u.amax().max(p.amax()).max(1e-6);
         let off = (q - p).amax().max((v - u).amax()) / size;
         assert!(off < tolerance, "{k} at {}: {off:e}", branch.parameter[k]);

@@ -295,7 +295,12 @@ fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
         );
         let run = run.expect("a run");
         let (_, v) = run.last();
-        let off = (v - other.orbit.state(other.orbit.period(), false).1).amax();
+        let off = (v - other
+            .orbit
+            .state(other.orbit.period(), ImpactSide::After)
+            .expect("a time")
+            .1)
+            .amax();
         assert!(off < 1e-9, "{off:e}");
         // The branch goes on, and comes back to the rise from behind.
         let next = continuation_of(&other.orbit, &make, other.parameter, (0.5, 1.2), &options);

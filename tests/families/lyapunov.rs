@@ -152,7 +152,9 @@ fn check_orbit_that_sticks(orbit: &PeriodicOrbit) -> LyapunovExponents {
         skip: 40.0 * period,
         ..LyapunovOptions::default()
     };
-    let (q, v) = orbit.state(0.7 * period, false);
+    let (q, v) = orbit
+        .state(0.7 * period, ImpactSide::After)
+        .expect("a time");
     let scene = orbit
         .scene()
         .replace(Parameter::Phase.change(orbit.phase() + 0.7 * TAU));

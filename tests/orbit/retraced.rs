@@ -78,7 +78,9 @@ fn drift(orbit: &PeriodicOrbit, label: &str) -> f64 {
             worst = worst.max(found);
         }
     }
-    let (q, v) = orbit.state(0.5 * first_flight, false);
+    let (q, v) = orbit
+        .state(0.5 * first_flight, ImpactSide::After)
+        .expect("a time");
     worst
         .max((run.last().0 - q).amax())
         .max((run.last().1 - v).amax())

@@ -196,7 +196,9 @@ fn a_flight_whose_last_step_rounds_short_is_not_searched_beyond_its_end() {
         let found = found.expect("a search");
         for orbit in found.iter() {
             let passes = (0..=400).any(|part| {
-                let (q, _) = orbit.state(orbit.period() * f64::from(part) / 400.0, false);
+                let (q, _) = orbit
+                    .state(orbit.period() * f64::from(part) / 400.0, ImpactSide::After)
+                    .expect("a time");
                 q[0] > 0.92 + 1e-9 || q[0] < -1.07 - 1e-9
             });
             assert_eq!(orbit.is_admissible(), Some(!passes), "{k}");

@@ -224,7 +224,7 @@ fn check_family(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         return Ok(());
     };
     let energy = |orbit: &PeriodicOrbit| {
-        let (q, v) = orbit.state(0.0, false);
+        let (q, v) = orbit.state(0.0, ImpactSide::After).expect("a time");
         let x: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
         body.energies(&x)[1]
     };

@@ -36,11 +36,15 @@ impl<'a> Look<'a> {
     pub fn alone(orbit: &'a PeriodicOrbit, body: &Body) -> Self {
         let mut units = [0.0f64; 2];
         for k in 0..LOOKS {
-            let (q, v) = orbit.state(orbit.period() * k as f64 / LOOKS as f64, false);
+            let (q, v) = orbit
+                .state(orbit.period() * k as f64 / LOOKS as f64, ImpactSide::After)
+                .expect("a time");
             units = [units[0].max(q.amax()), units[1].max(v.amax())];
         }
         for impact in orbit.impacts() {
-            let (_, v) = orbit.state(impact.time, true);
+            let (_, v) = orbit
+                .state(impact.time, ImpactSide::Before)
+                .expect("a time");
             units[1] = units[1].max(v.amax());
         }
         let script = Script {
