@@ -8,8 +8,8 @@
 use std::f64::consts::PI;
 use vibroimpact::nalgebra::dvector;
 use vibroimpact::{
-    Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Result, Scene, Side, Stop,
-    periodic_orbits,
+    Harmonic, ImpactSide, LinearSystem, Motion, OrbitOptions, Pattern, PeriodicOrbit, Result,
+    Scene, Side, Stop, periodic_orbits,
 };
 
 const FORCE: f64 = 1.0;

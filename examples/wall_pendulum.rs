@@ -8,8 +8,9 @@
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Energy, OrbitOptions, Pattern, PendulumChain, PeriodicOrbit, Result, Scene,
-    SimulateOptions, Solver, Wall, WallSide, find_orbit, linearise, periodic_orbits, simulate,
+    BaseMotion, Energy, ImpactSide, Motion, OrbitOptions, Pattern, PendulumChain, PeriodicOrbit,
+    Result, Scene, SimulateOptions, Solver, Wall, WallSide, find_orbit, linearise, periodic_orbits,
+    simulate,
 };
 
 const PERIOD: f64 = 1.25; // of the base [s]

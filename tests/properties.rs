@@ -11,10 +11,10 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
-    ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
-    Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions, Trajectory,
-    Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix,
-    simulate, with_observer,
+    ImpactSide, Keep, LinearSystem, Motion, OrbitOptions, Parameter, Pattern, PendulumChain,
+    PeriodicOrbit, Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions,
+    Trajectory, Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits,
+    recovery_matrix, simulate, with_observer,
 };
 
 fn config() -> ProptestConfig {

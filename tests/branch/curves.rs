@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Harmonic,
-    Kind, LinearSystem, OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene,
-    Special, SpecialKind, Stop, Virtual, bifurcation_curve, bifurcation_curve_of, continuation,
-    paper_scene, periodic_orbits,
+    ImpactSide, Kind, LinearSystem, Motion, OrbitOptions, PaperOptions, Parameter, Pattern,
+    PeriodicOrbit, Scene, Special, SpecialKind, Stop, Virtual, bifurcation_curve,
+    bifurcation_curve_of, continuation, paper_scene, periodic_orbits,
 };
 
 const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [

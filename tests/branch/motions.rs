@@ -4,9 +4,9 @@ use crate::scenes::{USUAL, followed};
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, EndReason, Harmonic, Heading, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, StopNumber,
-    continuation_of, find_orbit, paper_scene, periodic_orbits, simulate,
+    Branch, ContinuationOptions, EndReason, Harmonic, Heading, ImpactSide, Kind, LinearSystem,
+    Motion, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop,
+    StopNumber, continuation_of, find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 /// Orbits on which small deviations do not grow by more than this in a period are retraced.

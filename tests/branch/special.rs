@@ -4,9 +4,9 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Branch, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions,
-    Parameter, Pattern, PendulumChain, Scene, SimulateOptions, Special, SpecialKind, Stop, Virtual,
-    Wall, WallSide, bifurcation_curve, find_orbit, periodic_orbits, simulate,
+    BaseMotion, Branch, ContinuationOptions, CurveOf, Harmonic, ImpactSide, LinearSystem, Motion,
+    OrbitOptions, Parameter, Pattern, PendulumChain, Scene, SimulateOptions, Special, SpecialKind,
+    Stop, Virtual, Wall, WallSide, bifurcation_curve, find_orbit, periodic_orbits, simulate,
 };
 
 fn keep() -> ContinuationOptions {

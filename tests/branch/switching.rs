@@ -4,9 +4,9 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed, pressed, settled};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
-    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind,
-    Stop, Virtual, branches, continuation_of, find_orbit, periodic_orbits, simulate,
+    Branch, Candidate, ContinuationOptions, Harmonic, Heading, ImpactSide, LinearSystem, Motion,
+    OrbitOptions, Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special,
+    SpecialKind, Stop, Virtual, branches, continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_of(branch: &Branch, kind: SpecialKind) -> &Special {

@@ -5,8 +5,8 @@ use crate::scenes::followed;
 use std::f64::consts::PI;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, EndReason, EquationsOfMotion, Harmonic, LinearSystem,
-    NonlinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, Side,
+    Branch, ContinuationOptions, EndReason, EquationsOfMotion, Harmonic, ImpactSide, LinearSystem,
+    Motion, NonlinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, Side,
     SimulateOptions, Special, SpecialKind, Stop, Virtual, branches, find_orbit, periodic_orbits,
     simulate,
 };

@@ -3,9 +3,9 @@
 use crate::scenes::followed;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    BaseMotion, Constraint, ContinuationOptions, Guess, Harmonic, Heading, LinearSystem, Parameter,
-    PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, Stop, Virtual,
-    Wall, WallSide, find_orbit, simulate,
+    BaseMotion, Constraint, ContinuationOptions, Guess, Harmonic, Heading, ImpactSide,
+    LinearSystem, Motion, Parameter, PendulumChain, PeriodicOrbit, Scene, SegmentKind,
+    SimulateOptions, SpecialKind, Stop, Virtual, Wall, WallSide, find_orbit, simulate,
 };
 
 #[test]

@@ -4,8 +4,8 @@ use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, LinearSystem,
-    LyapunovOptions, OrbitOptions, Pattern, Scene, Side, StateBox, Stop, find_attractors,
+    Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, ImpactSide, LinearSystem,
+    LyapunovOptions, Motion, OrbitOptions, Pattern, Scene, Side, StateBox, Stop, find_attractors,
     lyapunov_exponents, periodic_orbits,
 };
 

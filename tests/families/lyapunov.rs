@@ -4,10 +4,10 @@ use crate::scenes::oscillator;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions, Method,
-    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
-    Status, Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene,
-    periodic_orbits, simulate,
+    Attraction, Forcing, Harmonic, ImpactSide, Kind, LinearSystem, LyapunovExponents,
+    LyapunovOptions, Method, Motion, OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit,
+    Scene, Side, SimulateOptions, Status, Stop, StopMotion, find_orbit, lyapunov_exponents,
+    nalgebra, paper_scene, periodic_orbits, simulate,
 };
 
 fn exponents(

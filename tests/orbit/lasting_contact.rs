@@ -4,9 +4,9 @@ use crate::scenes::{harmonic, linear, loaded, lower, scene, shaken_ball};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Error, Harmonic, Keep, Parameter, PeriodicOrbit, Reaction, Scene,
-    SegmentKind, SimulateOptions, Solver, Trajectory, Wall, WallSide, find_orbit, nalgebra,
-    simulate,
+    BaseMotion, DoublePendulum, Error, Harmonic, ImpactSide, Keep, Motion, Parameter,
+    PeriodicOrbit, Reaction, Scene, SegmentKind, SimulateOptions, Solver, Trajectory, Wall,
+    WallSide, find_orbit, nalgebra, simulate,
 };
 
 /// Two masses, the first above a floor and shaken, coupled by inertia and by a spring.

@@ -4,8 +4,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Reaction, Scene, Stop,
-    periodic_orbits, recovery_matrix,
+    Harmonic, ImpactSide, LinearSystem, Motion, OrbitOptions, Pattern, PeriodicOrbit, Reaction,
+    Scene, Stop, periodic_orbits, recovery_matrix,
 };
 
 const N: usize = 200;

@@ -4,8 +4,8 @@ use crate::scenes::{oscillator, upper};
 use nalgebra::dvector;
 use std::f64::consts::PI;
 use vibroimpact::{
-    Forcing, FreeParameter, Harmonic, Kind, OrbitOptions, Orbits, PaperOptions, Pattern,
-    PeriodicOrbit, Side, Stop, paper_scene, periodic_orbits,
+    Forcing, FreeParameter, Harmonic, ImpactSide, Kind, Motion, OrbitOptions, Orbits, PaperOptions,
+    Pattern, PeriodicOrbit, Side, Stop, paper_scene, periodic_orbits,
 };
 
 /// The orbits with one impact in a forcing period of a unit mass on a unit spring that hits the first stop.

@@ -6,9 +6,9 @@ use crate::scenes::{harmonic, loaded, oscillator, periods, scene, unit_mass, upp
 use nalgebra::{Complex, DMatrix, DVector, dvector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Reaction, Scene, Side, SimulateOptions, Stop, Verdict,
-    first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
+    BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, Motion,
+    OrbitOptions, PaperOptions, Parameter, Pattern, Reaction, Scene, Side, SimulateOptions, Stop,
+    Verdict, first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {

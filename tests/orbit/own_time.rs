@@ -5,8 +5,9 @@ use nalgebra::{Complex, DMatrix, dmatrix, dvector};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use vibroimpact::{
-    EquationsOfMotion, Forcing, Harmonic, NonlinearSystem, OrbitOptions, Pattern, PeriodicOrbit,
-    Result, Scene, SimulateOptions, Solver, find_orbit, periodic_orbits, simulate,
+    EquationsOfMotion, Forcing, Harmonic, ImpactSide, Motion, NonlinearSystem, OrbitOptions,
+    Pattern, PeriodicOrbit, Result, Scene, SimulateOptions, Solver, find_orbit, periodic_orbits,
+    simulate,
 };
 
 const W: f64 = 1.4;

@@ -6,8 +6,9 @@ use crate::scenes::{harmonic, linear, scene, upper};
 use nalgebra::{DMatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    FreeParameter, Harmonic, Keep, LinearSystem, Method, OrbitOptions, Pattern, PeriodicOrbit,
-    Reaction, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
+    FreeParameter, Harmonic, ImpactSide, Keep, LinearSystem, Method, Motion, OrbitOptions, Pattern,
+    PeriodicOrbit, Reaction, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits,
+    simulate,
 };
 
 const PERIODS: usize = 1000;

@@ -4,9 +4,10 @@ use crate::scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use nalgebra::{DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Parameter,
-    Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, Stop,
-    StopNumber, find_orbit, find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
+    BaseMotion, Change, Error, Forcing, Guess, ImpactSide, Keep, Kind, Motion, OrbitOptions,
+    PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind,
+    SimulateOptions, Solver, Stop, StopNumber, find_orbit, find_orbit_in_order, nalgebra,
+    paper_scene, periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.

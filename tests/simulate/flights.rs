@@ -4,9 +4,9 @@ use crate::scenes::{ball, harmonic, linear, loaded, oscillator, run, scene, unit
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Parameter, Pattern,
-    Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene, periodic_orbits,
-    simulate,
+    Forcing, FreeParameter, ImpactSide, Keep, Kind, Motion, OrbitOptions, PaperOptions, Parameter,
+    Pattern, Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene,
+    periodic_orbits, simulate,
 };
 
 #[test]

@@ -5,9 +5,9 @@ use crate::random::{Cases, Random};
 use crate::scenes::{linear, oscillator, run, scene, upper, with};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    BaseMotion, Forcing, Harmonic, Impact, LinearSystem, Load, Method, OrbitOptions, Pattern,
-    Scene, SegmentKind, Side, Signal, SimulateOptions, Solver, Stop, StopMotion, Trajectory,
-    periodic_orbits, simulate,
+    BaseMotion, Forcing, Harmonic, Impact, ImpactSide, LinearSystem, Load, Method, Motion,
+    OrbitOptions, Pattern, Scene, SegmentKind, Side, Signal, SimulateOptions, Solver, Stop,
+    StopMotion, Trajectory, periodic_orbits, simulate,
 };
 
 /// An oscillator of frequency and amplitude 1 from the middle, `q = sin t`, and a stop below its peak by a depth.

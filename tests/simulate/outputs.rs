@@ -3,7 +3,8 @@
 use crate::scenes::{BOTH, ball, loaded, lower, run, scene, shaken_ball, unit_mass, with};
 use nalgebra::dvector;
 use vibroimpact::{
-    Forcing, ImpactSide, Keep, Method, PeriodicOrbit, SegmentKind, SimulateOptions, find_orbit,
+    Forcing, ImpactSide, Keep, Method, Motion, PeriodicOrbit, SegmentKind, SimulateOptions,
+    find_orbit,
 };
 
 const AFTER: ImpactSide = ImpactSide::After;

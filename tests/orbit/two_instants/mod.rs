@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use plain::{Face, Plain, Sides, random_plain};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side, Stop, Verdict,
-    periodic_orbits,
+    Harmonic, ImpactSide, LinearSystem, Motion, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side,
+    Stop, Verdict, periodic_orbits,
 };
 
 fn flight_time(orbit: &PeriodicOrbit) -> f64 {

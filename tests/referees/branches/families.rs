@@ -14,8 +14,8 @@ use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Branch, ContinuationOptions, Guess, PeriodicOrbit, SimulateOptions, continuation_over_energy,
-    find_orbit, simulate,
+    Branch, ContinuationOptions, Guess, ImpactSide, Motion, PeriodicOrbit, SimulateOptions,
+    continuation_over_energy, find_orbit, simulate,
 };
 
 /// An energy of a state that is known to 1e-11.

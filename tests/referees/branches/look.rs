@@ -3,7 +3,7 @@
 use crate::branches::body::Body;
 use crate::branches::script::{Script, script};
 use nalgebra::DVector;
-use vibroimpact::PeriodicOrbit;
+use vibroimpact::{ImpactSide, Motion, PeriodicOrbit};
 
 /// An orbit, and the body that it is said to be a motion of, at the orbit's phase.
 pub struct Look<'a> {
@@ -61,7 +61,12 @@ impl<'a> Look<'a> {
 
     /// The state that the orbit has, before an impact or behind it.
     pub fn state(&self, time: f64, before: bool) -> Vec<f64> {
-        let (q, v) = self.orbit.state(time, before);
+        let side = if before {
+            ImpactSide::Before
+        } else {
+            ImpactSide::After
+        };
+        let (q, v) = self.orbit.state(time, side).expect("a time");
         q.iter().chain(v.iter()).copied().collect()
     }
 

@@ -3,7 +3,7 @@
 
 use crate::orbits::plant::Plant;
 use nalgebra::DVector;
-use vibroimpact::PeriodicOrbit;
+use vibroimpact::{ImpactSide, Motion, PeriodicOrbit};
 
 /// How far an orbit is from being one, each relative to its size.
 #[derive(Debug, Clone, Copy, Default)]

@@ -14,7 +14,8 @@ use returns::Returns;
 use scan::{Times, phases};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    FreeParameter, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit, periodic_orbits,
+    FreeParameter, ImpactSide, Motion, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit,
+    periodic_orbits,
 };
 
 /// What an orbit closes to, relative to its size.
