@@ -272,7 +272,7 @@ def ramps_of(trajectory: object) -> tuple[Any, ...]:
     return ramp if isinstance(ramp, tuple) else () if ramp is None else (ramp,)
 
 
-def is_swept(trajectory: Trajectory) -> TypeGuard[Ramped]:
+def is_swept(trajectory: object) -> TypeGuard[Ramped]:
     """Whether the angle of the forcing goes otherwise than by the scene's own frequency."""
     return any(ramp.parameter in ("frequency", "phase") for ramp in ramps_of(trajectory))
 

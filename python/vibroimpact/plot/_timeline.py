@@ -57,7 +57,8 @@ def timeline(
 
 def _edges(motion: Any, span: tuple[float, float] | None) -> FloatArray:
     """Return the ends of what is drawn and the events inside it: impacts, and ends of contact."""
-    (start, end), shifts = window(motion, span), np.zeros(1)
+    start, end = window(motion, span)
+    shifts: FloatArray = np.zeros(1)
     if is_orbit(motion):
         shifts = float(motion.period) * np.arange(np.floor(start / motion.period), np.ceil(end / motion.period))
     held = held_segments(motion)
