@@ -58,9 +58,9 @@ def timeline(
 def _edges(motion: Any, span: tuple[float, float] | None) -> FloatArray:
     """Return the ends of what is drawn and the events inside it: impacts, and ends of contact."""
     start, end = window(motion, span)
-    shifts: FloatArray = np.zeros(1)
+    shifts = np.zeros(1)
     if is_orbit(motion):
-        shifts = float(motion.period) * np.arange(np.floor(start / motion.period), np.ceil(end / motion.period))
+        shifts = float(motion.period) * np.arange(np.floor(start / motion.period), np.ceil(end / motion.period), dtype=float)
     held = held_segments(motion)
     ends_of_contact = [] if len(held) == 0 else [*held["start"], *held["end"]]
     events = np.unique(np.concatenate([motion.impacts["time"], ends_of_contact]) + shifts[:, None])
