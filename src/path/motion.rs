@@ -89,7 +89,11 @@ pub(crate) trait KeptMotion {
 
     /// The states at some times.
     fn states(&self, times: &[f64], side: ImpactSide) -> Result<Vec<PhysicalState>> {
-        each(self, Some(times), side, |_, place| Ok(place.state))
+        let state = |&t: &f64| {
+            unless_broken_off()?;
+            Ok(self.place(t, side)?.1.state)
+        };
+        times.iter().map(state).collect()
     }
 
     /// The accelerations at some times.
