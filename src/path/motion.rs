@@ -211,12 +211,11 @@ pub trait Motion: KeptMotion {
     fn gap(&self, stop: usize, times: Option<&[f64]>) -> Result<Vec<f64>> {
         check_stop(self.scene(), stop)?;
         if let (None, Some((times, q, _))) = (times, self.kept_samples()) {
-            let gap = |(&t, row): (&f64, nalgebra::RowDVector<f64>)| {
+            let gap = |(k, &t): (usize, &f64)| {
                 unless_broken_off()?;
-                Ok(self.scene_at(t).gaps_at(&row.transpose(), t)?[stop])
+                Ok(self.scene_at(t).gaps_at(&q.row(k).transpose(), t)?[stop])
             };
-            let rows = q.row_iter().map(|row| row.into_owned());
-            return times.iter().zip(rows).map(gap).collect();
+            return times.iter().enumerate().map(gap).collect();
         }
         let chapters = self.chapters()?;
         each(self, times, ImpactSide::After, |chapter, place| {
