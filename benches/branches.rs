@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, OrbitOptions, PaperOptions,
+    ContinuationOptions, CurveOf, Harmonic, Kind, LinearSystem, Motion, OrbitOptions, PaperOptions,
     Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, SpecialKind,
     Stop, Virtual, bifurcation_curve, branches as born, continuation, find_orbit, paper_scene,
     periodic_orbits, simulate,

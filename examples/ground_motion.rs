@@ -8,8 +8,8 @@
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseAcceleration, Keep, LinearSystem, Method, Result, Scene, Signal, SimulateOptions, Stop,
-    rayleigh_damping, simulate,
+    BaseAcceleration, Keep, LinearSystem, Method, Motion, Result, Scene, Signal, SimulateOptions,
+    Stop, rayleigh_damping, simulate,
 };
 
 /// The record: length \[s\], samples a second, peak \[m/s^2\].

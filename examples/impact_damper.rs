@@ -9,8 +9,8 @@
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, LinearSystem, Result, Scene, Side, SimulateOptions, Stop,
-    StopMotion, find_orbit, simulate,
+    Forcing, Harmonic, ImpactSide, LinearSystem, Motion, Result, Scene, Side, SimulateOptions,
+    Stop, StopMotion, find_orbit, simulate,
 };
 
 const MASS: f64 = 0.03;

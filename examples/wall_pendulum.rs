@@ -8,8 +8,9 @@
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Energy, OrbitOptions, Pattern, PendulumChain, PeriodicOrbit, Result, Scene,
-    SimulateOptions, Solver, Wall, WallSide, find_orbit, linearise, periodic_orbits, simulate,
+    BaseMotion, Energy, ImpactSide, Motion, OrbitOptions, Pattern, PendulumChain, PeriodicOrbit,
+    Result, Scene, SimulateOptions, Solver, Wall, WallSide, find_orbit, linearise, periodic_orbits,
+    simulate,
 };
 
 const PERIOD: f64 = 1.25; // of the base [s]
@@ -128,7 +129,7 @@ fn after_a_period(real: &PeriodicOrbit, x: &DVector<f64>) -> Result<DVector<f64>
 
 /// Sum and product of the multipliers are trace and determinant of the simulated return map, by central differences.
 fn check_multipliers(real: &PeriodicOrbit) -> Result<()> {
-    let (q, v) = real.state(0.5 * PERIOD, false);
+    let (q, v) = real.state(0.5 * PERIOD, ImpactSide::After)?;
     let start = dvector![q[0], q[1], v[0], v[1]];
     let step = 1e-5;
     let mut map = DMatrix::zeros(4, 4);

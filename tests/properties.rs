@@ -11,10 +11,10 @@ use std::cell::Cell;
 use std::ops::ControlFlow;
 use vibroimpact::{
     Axis, BaseMotion, Change, Coefficient, DoublePendulum, Error, Forcing, FreeParameter, Harmonic,
-    ImpactSide, Keep, LinearSystem, OrbitOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit,
-    Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions, Trajectory,
-    Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits, recovery_matrix,
-    simulate, with_observer,
+    ImpactSide, Keep, LinearSystem, Motion, OrbitOptions, Parameter, Pattern, PendulumChain,
+    PeriodicOrbit, Reaction, Scene, Side, SimulateOptions, Solver, Stop, StopNumber, SweepOptions,
+    Trajectory, Wall, WallSide, audit_recovery, existence_map, modes, periodic_orbits,
+    recovery_matrix, simulate, with_observer,
 };
 
 fn config() -> ProptestConfig {
@@ -330,8 +330,10 @@ fn check_orbit(orbit: &PeriodicOrbit) {
     for impact in orbit.impacts() {
         assert!(impact.time.is_finite() && (0.0..orbit.period()).contains(&impact.time));
         let (before, after) = (
-            orbit.state(impact.time, true),
-            orbit.state(impact.time, false),
+            orbit
+                .state(impact.time, ImpactSide::Before)
+                .expect("a time"),
+            orbit.state(impact.time, ImpactSide::After).expect("a time"),
         );
         let size = before.0.amax() + before.1.amax();
         assert!(
@@ -371,7 +373,9 @@ fn check_orbit(orbit: &PeriodicOrbit) {
         };
         let run = simulate(scene, &q, &v, (0.0, end), &options).expect("an orbit's own scene");
         if run.span().1 == end {
-            let (there, velocity) = orbit.state(0.5 * first_flight, false);
+            let (there, velocity) = orbit
+                .state(0.5 * first_flight, ImpactSide::After)
+                .expect("a time");
             let size = there.amax() + velocity.amax() + q.amax() + v.amax();
             let miss = (run.last().0 - there).amax() + (run.last().1 - velocity).amax();
             assert!(

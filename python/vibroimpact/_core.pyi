@@ -48,8 +48,6 @@ __all__ = [
     "_branches",
     "_check_entry",
     "_check_existence",
-    "_check_orbit",
-    "_check_trajectory",
     "_continuation",
     "_derivatives_but_multipliers",
     "_existence_at",
@@ -515,6 +513,7 @@ class Stability:
 
 @final
 class Orbit:
+    def _check_kept(self) -> None: ...
     def _repr_html_(self) -> str: ...
     @property
     def period(self) -> float: ...
@@ -647,6 +646,7 @@ class Energy:
 
 @final
 class Trajectory:
+    def _check_kept(self) -> None: ...
     def _repr_html_(self) -> str: ...
     @property
     def t(self) -> _FloatArray: ...
@@ -739,8 +739,6 @@ def simulate(
     derivatives: str | Sequence[str] | None = None,
     progress: bool = False,
 ) -> Trajectory: ...
-def _check_orbit(orbit: Orbit) -> None: ...
-def _check_trajectory(trajectory: Trajectory) -> None: ...
 def _restore_orbit(
     scene: Scene,
     pattern: _Pattern,

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::section::{farthest_from, wait};
-use crate::simulate::{Keep, SimulateOptions, simulate};
+use crate::simulate::{ImpactSide, Keep, SimulateOptions, simulate};
 use nalgebra::DMatrix;
 
 /// The phase farthest from the impacts of all orbits \[rad\]; `usual` where there are none.
@@ -40,7 +40,7 @@ pub(crate) fn orbit_points(scene: &Scene, orbit: &PeriodicOrbit, phase: f64) -> 
     let late = wait(period, orbit.phase(), phase);
     let state = |k: usize| {
         let t = late + k as f64 * period;
-        orbit.state(t.rem_euclid(orbit.period()), false)
+        orbit.state_at(t.rem_euclid(orbit.period()), ImpactSide::After)
     };
     rows(&(0..orbit.n_periods()).map(state).collect::<Vec<_>>())
 }

@@ -12,8 +12,9 @@ use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit};
+use crate::path::{ImpactSide, KeptMotion};
 use crate::recurrence::{Measure, are_one_cycle, least_period};
-use crate::section::{Motion, Section, Sectioned, Settled, points_of, settled};
+use crate::section::{Section, Settled, points_of, settled};
 use crate::simulate::{Keep, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_SOUGHT_PERIODS, LEFT_BOX, NEUTRAL_MULTIPLIER, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
@@ -163,7 +164,7 @@ impl AttractorSearch<'_> {
 
     /// What a motion has settled on, up to a longest period.
     pub(super) fn settled(&self, run: &Trajectory, longest: usize) -> Result<Settled> {
-        settled(&Motion::Trajectory(run), self.around.turns(), longest)
+        settled(run, self.around.turns(), longest)
     }
 
     /// The outcome of a motion far from the box: it drifts if it repeats itself but for an advance.
@@ -210,10 +211,7 @@ impl AttractorSearch<'_> {
         if turns.iter().all(|turn| *turn == 0.0) {
             return Ok(false);
         }
-        let found = points_of(
-            &Motion::Trajectory(run),
-            &Section::Phase(self.options.phase),
-        )?;
+        let found = points_of(run, &Section::Phase(self.options.phase))?;
         let last = found.q.nrows().saturating_sub(1);
         let goes_round = |(i, turn): (usize, &f64)| {
             let off = found.q[(last, i)] - found.q[(last.saturating_sub(n_periods), i)];
@@ -229,7 +227,7 @@ impl AttractorSearch<'_> {
                 continue;
             }
             let quiet = quiet_phase([one], self.options.phase);
-            let all = self.points(&Motion::Trajectory(run), quiet)?;
+            let all = self.points(run, quiet)?;
             let last = all.nrows().saturating_sub(n_periods);
             let own = all.rows_range(last..).into_owned();
             if are_one_cycle(&own, &self.points_of_one(one, quiet)?, &self.measure()) {
@@ -281,7 +279,7 @@ impl AttractorSearch<'_> {
         // The last state, at a phase far from impacts, must be a point of the orbit but for a deviation that still decays: a change by
         // `SAME_STATE` in a round leaves `SAME_STATE / (1 - largest)` in all.
         let (points, phase) = quiet(&orbit);
-        let seen = self.points(&Motion::Trajectory(run), phase)?;
+        let seen = self.points(run, phase)?;
         let Some(last) = seen.nrows().checked_sub(1) else {
             return Ok(None);
         };
@@ -297,7 +295,7 @@ impl AttractorSearch<'_> {
     }
 
     /// The points of a motion at a phase.
-    fn points(&self, motion: &dyn Sectioned, phase: f64) -> Result<DMatrix<f64>> {
+    fn points(&self, motion: &dyn KeptMotion, phase: f64) -> Result<DMatrix<f64>> {
         let found = points_of(motion, &Section::Phase(phase))?;
         Ok(self.around.within_turns(found.states()))
     }
@@ -308,10 +306,10 @@ impl AttractorSearch<'_> {
             let each = order.multipliers.iter();
             each.map(|mu| mu.norm().ln() / orbit.period()).collect()
         });
-        let points = self.points(&Motion::Orbit(&orbit), self.options.phase)?;
+        let points = self.points(&orbit, self.options.phase)?;
         let is_at_rest = orbit.impacts().is_empty()
             && (0..8).all(|k| {
-                let (q, v) = orbit.state(orbit.period() * f64::from(k) / 8.0, false);
+                let (q, v) = orbit.state_at(orbit.period() * f64::from(k) / 8.0, ImpactSide::After);
                 let size = q.amax().max(f64::MIN_POSITIVE);
                 v.amax() * self.period <= SAME_STATE * size
             });
@@ -338,7 +336,7 @@ impl AttractorSearch<'_> {
         now: &Settled,
         reason: String,
     ) -> Result<Attractor> {
-        let all = self.points(&Motion::Trajectory(run), self.options.phase)?;
+        let all = self.points(run, self.options.phase)?;
         let count = now.n_periods.min(all.nrows());
         let first = all.nrows().saturating_sub(now.n_periods + 1);
         let seen = all.rows(first, count).into_owned();

@@ -10,7 +10,7 @@ use crate::attractor::one::Attractor;
 use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
-use crate::simulate::{Keep, SimulateOptions, Status, simulate};
+use crate::simulate::{Keep, Motion, SimulateOptions, Status, simulate};
 use crate::tolerance::{MOST_SET_DOUBLINGS, ORBIT_CHECK_STATES, SET_DOUBLINGS_APART, SET_STATES};
 use nalgebra::DMatrix;
 

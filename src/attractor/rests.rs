@@ -8,7 +8,8 @@
 use crate::attractor::finding::{AttractorSearch, owned};
 use crate::error::Result;
 use crate::model::PhysicalState;
-use crate::simulate::{ImpactSide, Keep, Status, Trajectory};
+use crate::path::{ImpactSide, KeptMotion, Motion};
+use crate::simulate::{Keep, Status, Trajectory};
 use crate::tolerance::SAME_STATE;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;

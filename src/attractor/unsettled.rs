@@ -11,7 +11,7 @@ use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents};
 use crate::model::PhysicalState;
 use crate::orbit::Pattern;
 use crate::recurrence::{comes_back, repeats_after};
-use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
+use crate::simulate::{Keep, Motion, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::SET_STATES;
 use nalgebra::DMatrix;
 

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::hybrid::halves;
 use crate::model::Energetics;
 use crate::orbit::{Linearised, PeriodicOrbit, ShootingState};
+use crate::path::ImpactSide;
 use crate::tolerance::{CENTRAL_DIFFERENCE_STEP, ENERGY_OPENING};
 use nalgebra::{DMatrix, DVector};
 
@@ -29,7 +30,7 @@ pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
         return Err(Error::bad_value("parameter", "\"energy\"", rule));
     }
     let energetics = Energetics::new(scene)?;
-    let (q, v) = orbit.state(0.0, false);
+    let (q, v) = orbit.state_at(0.0, ImpactSide::After);
     let energy = energetics.total(&q, &v)?;
     Ok((energetics, energy))
 }

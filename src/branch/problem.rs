@@ -7,6 +7,7 @@ use crate::hybrid::{ScaledUnits, joined};
 use crate::itinerary::check_landings;
 use crate::model::{Energetics, Scene};
 use crate::orbit::{Guess, PeriodicOrbit, ShootingState, Signature, begun, with_phase};
+use crate::path::ImpactSide;
 use crate::tolerance::{NARROW_RANGE, PARAMETER_SIZE_FLOOR, PARAMETER_STEP};
 use nalgebra::DVector;
 use std::cell::RefCell;
@@ -208,7 +209,7 @@ fn units_of(orbit: &PeriodicOrbit, state: &ShootingState) -> ScaledUnits {
         .times
         .iter()
         .skip(1)
-        .map(|t| joined(&orbit.state(t - first, true)));
+        .map(|t| joined(&orbit.state_at(t - first, ImpactSide::Before)));
     let ends: Vec<DVector<f64>> = ends.collect();
     let period = state.times[state.times.len() - 1] - first;
     ScaledUnits::of(state.states.iter().chain(&ends), period)

@@ -2,6 +2,7 @@
 
 use crate::attractor::orbit_points;
 use crate::orbit::PeriodicOrbit;
+use crate::path::ImpactSide;
 use crate::recurrence::{Measure, are_one_cycle};
 use crate::section::farthest_from;
 use nalgebra::DMatrix;
@@ -38,7 +39,10 @@ fn after_impacts(orbit: &PeriodicOrbit) -> DMatrix<f64> {
         impacts.collect()
     };
     let n = orbit.scene().n_dof();
-    let states: Vec<_> = times.iter().map(|&t| orbit.state(t, false)).collect();
+    let states: Vec<_> = times
+        .iter()
+        .map(|&t| orbit.state_at(t, ImpactSide::After))
+        .collect();
     DMatrix::from_fn(times.len(), 2 * n, |k, j| {
         let (q, v) = &states[k];
         if j < n { q[j] } else { v[j - n] }

@@ -11,7 +11,7 @@ use crate::hybrid::carried;
 use crate::hybrid::halves;
 use crate::law::Regime;
 use crate::orbit::{Guess, PeriodicOrbit, Signature, begun, with_maps, with_phase};
-use crate::simulate::{Keep, SimulateOptions, Status, simulate};
+use crate::simulate::{ImpactSide, Keep, SimulateOptions, Status, simulate};
 use crate::tolerance::{
     BEYOND_BOUNDARY_DISTANCE, MEETS_BRANCH_DISTANCE, NEARER_BOUNDARY_FACTOR, NEARING_FACTOR,
     NEARING_IN_A_ROW, SAME_AS_BRANCH, SETTLING_ROUNDS,
@@ -164,7 +164,7 @@ fn distance(orbit: &PeriodicOrbit, other: &PeriodicOrbit) -> Result<f64> {
     let ahead = (orbit.phase() - other.phase()) / TAU;
     let state = |own: &PeriodicOrbit, periods: f64| {
         let once = own.period() / own.n_periods() as f64;
-        own.state(periods * once, false).0
+        own.state_at(periods * once, ImpactSide::After).0
     };
     let size = other.max_displacement()?.into_iter().fold(0.0, f64::max);
     let mut least = f64::INFINITY;

@@ -8,7 +8,7 @@ use crate::error::{Error, Result, digits};
 use crate::hybrid::{halves, joined};
 use crate::model::{Parameter, PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
-use crate::path::ImpactSide;
+use crate::path::{ImpactSide, Motion};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::{
     BOUNDARY_ERRORS, EACH_NEARING, JUMP_KEEPS, KICK_LEFT, KICK_SIZE, KICKED_SIZE_FLOOR,
@@ -134,7 +134,7 @@ impl NearingMotions<'_, '_> {
         let times = spread(orbit.period(), SIZE_TIMES);
         let states: Vec<DVector<f64>> = times.iter().map(|&t| whole_state(orbit, t)).collect();
         let sizes = sizes(&states);
-        let gaps = (0..orbit.scene().stops().len()).map(|stop| orbit.gap(stop, &times));
+        let gaps = (0..orbit.scene().stops().len()).map(|stop| orbit.gap(stop, Some(&times)));
         let gaps = gaps.collect::<Result<Vec<_>>>()?;
         let least = |k: usize| gaps.iter().map(|own| own[k]).fold(f64::INFINITY, f64::min);
         let farthest = |best: usize, k: usize| if least(k) > least(best) { k } else { best };
@@ -180,7 +180,7 @@ impl NearingMotions<'_, '_> {
                     states.push(joined(&state));
                 } else {
                     let then = (begun.time + (gone + count) * once).rem_euclid(orbit.period());
-                    let off = (state.0 - orbit.state(then, false).0).amax() / size;
+                    let off = (state.0 - orbit.state_at(then, ImpactSide::After).0).amax() / size;
                     *apart = off.max(*apart);
                 }
             }
@@ -225,7 +225,7 @@ fn spread(period: f64, count: usize) -> Vec<f64> {
 }
 
 fn whole_state(orbit: &PeriodicOrbit, time: f64) -> DVector<f64> {
-    joined(&orbit.state(time, false))
+    joined(&orbit.state_at(time, ImpactSide::After))
 }
 
 /// The sizes of coordinates and velocities over some states.

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::exponents::verdict::Attraction;
 use crate::model::Scene;
 use crate::recurrence::{Measure, advance, comes_back};
-use crate::simulate::{Keep, SimulateOptions, Status, simulate};
+use crate::simulate::{Keep, Motion, SimulateOptions, Status, simulate};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 

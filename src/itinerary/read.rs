@@ -7,8 +7,8 @@ use crate::itinerary::arc::MotionArc;
 use crate::itinerary::instant::Instant;
 use crate::law::{Regime, Stage, Transition};
 use crate::model::{Scene, contacts};
-use crate::path::Stretch;
-use crate::simulate::{ImpactSide, Trajectory};
+use crate::path::{ImpactSide, KeptMotion, Motion, Stretch};
+use crate::simulate::Trajectory;
 use nalgebra::DVector;
 
 /// An instant that was read off a motion.

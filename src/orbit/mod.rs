@@ -3,13 +3,13 @@
 mod extremes;
 mod free_parameter;
 mod impacts;
+mod kept_motion;
 mod mirrored;
 mod one_instant;
 mod options;
 mod orbit_data;
 mod orbit_motion;
 mod orbits;
-mod outputs;
 mod paper_coefficients;
 mod pattern;
 mod periodic_orbit;

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::impact::Impact;
-use crate::model::{Change, Forcing, PhysicalState, Scene};
+use crate::model::{Change, Forcing, Scene};
 use crate::observer::{Observer, unobserved};
 use crate::orbit::extremes::{Along, Extremes};
 use crate::orbit::orbit_data::{OrbitArc, OrbitData};
@@ -13,7 +13,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::problem::outgrown;
 use crate::orbit::stability::multipliers::Stability;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Ruling, Touch, Violation};
-use crate::path::{Energy, Impulses, Located, Path, PathPoint, Segment, Stretch, energy_along};
+use crate::path::Path;
 use crate::quantity::room_for;
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
@@ -26,16 +26,16 @@ pub struct PeriodicOrbit {
     scene: Scene,
     /// The scene as it was before it was turned to the phase, where that rounds the phases of several motions.
     unturned: Option<Box<Scene>>,
-    motion: OrbitMotion,
-    pattern: Pattern,
+    pub(super) motion: OrbitMotion,
+    pub(super) pattern: Pattern,
     n_periods: usize,
-    period: f64,
+    pub(super) period: f64,
     phase: f64,
-    flights: Vec<OrbitArc>,
+    pub(super) flights: Vec<OrbitArc>,
     impacts: Vec<Impact>,
     path: OnceLock<Path>,
-    /// What stops give on each segment of the path.
-    given: OnceLock<Vec<Vec<f64>>>,
+    /// What the stops in contact on each segment of the path give [N s], shape `(n_contacts,)` each.
+    pub(super) contact_impulses: OnceLock<Vec<Vec<f64>>>,
     admissibility: OnceLock<Admissibility>,
     violation: OnceLock<Option<Violation>>,
     stability: OnceLock<Stability>,
@@ -78,7 +78,7 @@ impl PeriodicOrbit {
             flights,
             impacts,
             path: OnceLock::new(),
-            given: OnceLock::new(),
+            contact_impulses: OnceLock::new(),
             admissibility: OnceLock::new(),
             violation: OnceLock::new(),
             stability: OnceLock::new(),
@@ -137,41 +137,6 @@ impl PeriodicOrbit {
         &self.flights
     }
 
-    /// The parts of one period, counted from the first impact, as those of a trajectory: flights from impact to impact, the
-    /// rest of impacts that accumulate, lasting contact (each stop in contact has a row). What stops give on them is integrated when
-    /// first asked for.
-    ///
-    /// # Errors
-    /// What the functions of a nonlinear scene report.
-    pub fn segments(&self) -> Result<Vec<Segment>> {
-        let impulses = self.impulses_of_segments()?;
-        let rows = self
-            .stretches()
-            .flat_map(|part| part.rows(&impulses[part.segment]));
-        Ok(rows.collect())
-    }
-
-    /// The parts of one period, each once, with the stops in contact.
-    pub(crate) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
-        let flights = self.flights.iter().zip(&self.path().parts.segments);
-        flights.enumerate().map(|(segment, (flight, own))| Stretch {
-            segment,
-            kind: own.kind,
-            regime: &own.regime,
-            start: flight.start,
-            end: flight.end,
-        })
-    }
-
-    /// What the stops in contact on each segment of the path give.
-    fn impulses_of_segments(&self) -> Result<&Vec<Vec<f64>>> {
-        if let Some(known) = self.given.get() {
-            return Ok(known);
-        }
-        let impulses = Impulses::new(self.path(), &self.scene, &self.impacts)?.of_segments()?;
-        Ok(self.given.get_or_init(|| impulses))
-    }
-
     /// Position right after the first impact, shape `(n,)`.
     pub fn q0(&self) -> DVector<f64> {
         self.motion.physical(&self.flights[0].after).0
@@ -182,86 +147,10 @@ impl PeriodicOrbit {
         self.motion.physical(&self.flights[0].after).1
     }
 
-    /// Position and velocity at any time; at an impact the velocity is the one after it, or before it.
-    pub fn state(&self, t: f64, before_impact: bool) -> PhysicalState {
-        match self.place(t, before_impact) {
-            FlightPosition::End(k) => self.motion.physical(&self.flights[k].before_next),
-            FlightPosition::Start(k) => self.motion.physical(&self.flights[k].after),
-            FlightPosition::Within(k, local) => {
-                let PathPoint { arc, local, .. } = self.path().point_along(k, local);
-                self.path().state_in(arc, local)
-            }
-        }
-    }
-
-    /// The same, and where on the path of one period it is.
-    pub(super) fn locate(&self, t: f64, before_impact: bool) -> Located {
-        let path = self.path();
-        let point = match self.place(t, before_impact) {
-            FlightPosition::End(k) => path.end_of(path.parts.arcs_of(k).end - 1, t),
-            FlightPosition::Start(k) => path.point_along(k, 0.0),
-            FlightPosition::Within(k, local) => path.point_along(k, local),
-        };
-        let state = self.state(t, before_impact);
-        Located { point, state }
-    }
-
-    /// A time as whole periods and what is left of one; a time within rounding of an impact is the impact.
-    pub(super) fn periods_and_rest(&self, t: f64) -> (f64, f64) {
-        let turns = (t / self.period).floor();
-        match self.place(t, false) {
-            FlightPosition::Start(0) => ((t / self.period).round(), 0.0),
-            FlightPosition::Start(k) => (turns, self.flights[k].start),
-            FlightPosition::End(_) | FlightPosition::Within(..) => {
-                (turns, t.rem_euclid(self.period))
-            }
-        }
-    }
-
-    /// Where on the flights a time is.
-    fn place(&self, t: f64, before_impact: bool) -> FlightPosition {
-        let mut local = t.rem_euclid(self.period);
-        if local >= self.period {
-            local = 0.0;
-        }
-        // A time within rounding of an impact is the impact: times are often made by adding spans up.
-        let at_impact =
-            |start: f64| (local - start).abs() <= 4.0 * f64::EPSILON * t.abs().max(self.period);
-        if !self.pattern.instants().is_empty() {
-            let ends = self.flights.iter().map(|f| f.start + f.span).enumerate();
-            for (k, end) in ends {
-                let next = (k + 1) % self.flights.len();
-                if at_impact(end) || (next == 0 && at_impact(0.0)) {
-                    return if before_impact {
-                        FlightPosition::End(k)
-                    } else {
-                        FlightPosition::Start(next)
-                    };
-                }
-            }
-        }
-        let k = self
-            .flights
-            .iter()
-            .rposition(|f| f.start <= local)
-            .unwrap_or(0);
-        FlightPosition::Within(k, local - self.flights[k].start)
-    }
-
     /// One period as a path.
     pub(crate) fn path(&self) -> &Path {
         self.path
             .get_or_init(|| self.motion.path(self.phase, &self.flights))
-    }
-
-    /// The energy ledger of one period, from right after the first impact to right after it a period later; what the forcing brought
-    /// is then what was lost.
-    ///
-    /// # Errors
-    /// A system given by functions without its mass matrix or its potential.
-    pub fn energy(&self) -> Result<Energy> {
-        let points = self.path().points()?;
-        energy_along(self.path(), &self.scene, &points, &mut Observer::default())
     }
 
     /// The coefficients of eq. (14); `None` where the modes are complex, there is no steady response, or the first impact leads
@@ -398,16 +287,6 @@ impl PeriodicOrbit {
             .stability(self.phase, &self.flights, admissibility, observer)?;
         Ok(self.stability.get_or_init(|| found))
     }
-}
-
-/// Where on the flights of an orbit a time is.
-enum FlightPosition {
-    /// At the end of one, before the impacts there.
-    End(usize),
-    /// At the start of one.
-    Start(usize),
-    /// A time after its start.
-    Within(usize, f64),
 }
 
 /// A ruling as an answer.

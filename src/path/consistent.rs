@@ -7,6 +7,7 @@ use crate::model::{Moment, PhysicalState, Scene, along_reactions, directions};
 use crate::path::equations::PathEquations;
 use crate::path::evaluator::Evaluator;
 use crate::path::fading::Rates;
+use crate::path::outputs::Located;
 use crate::path::parts::PathPoint;
 use crate::path::path::Path;
 use crate::path::quadrature::each_node;
@@ -161,9 +162,9 @@ impl Kept<'_> {
     /// The stop of an impact is closed then, and the velocity before and after is that of the impact.
     fn check_impact(&self, impact: &Impact, is_alone: bool) -> Result<()> {
         let sides = [ImpactSide::Before, ImpactSide::After];
-        let [before, after] = sides.map(|side| self.path.state(impact.time, side));
-        let [(q, before), (_, after)] = [before?, after?];
-        let arc = self.path.point(impact.time, ImpactSide::After)?.arc;
+        let [before, after] = sides.map(|side| self.path.point(impact.time, side));
+        let [before, Located { point, state }] = [before?, after?].map(|own| self.path.locate(own));
+        let ((q, before), (_, after), arc) = (before.state, state, point.arc);
         let at = self.equations.moment(arc, 0.0);
         let (gap, size) = self.gaps(at, &q)?[impact.stop];
         let is_closed = gap.abs() <= KEPT_AGREES * size;

@@ -125,3 +125,20 @@ impl Path {
         }
     }
 }
+
+/// The samples of chapters one after another.
+pub(crate) fn joined(mut each: Vec<Samples>, n: usize) -> Samples {
+    if each.len() == 1 {
+        return each.swap_remove(0);
+    }
+    let count = each.iter().map(|(times, ..)| times.len()).sum();
+    let (mut q, mut v) = (DMatrix::zeros(count, n), DMatrix::zeros(count, n));
+    let (mut all, mut row) = (Vec::with_capacity(count), 0);
+    for (times, positions, velocities) in each {
+        q.rows_mut(row, times.len()).copy_from(&positions);
+        v.rows_mut(row, times.len()).copy_from(&velocities);
+        row += times.len();
+        all.extend(times);
+    }
+    (all, q, v)
+}

@@ -9,6 +9,7 @@ mod evaluator;
 mod fading;
 mod fast_forces;
 mod impulses;
+mod motion;
 mod outputs;
 mod parts;
 #[allow(clippy::module_inception, reason = "the type that the folder is about")]
@@ -18,11 +19,13 @@ mod segments;
 
 pub(crate) use consistent::{ORBIT, check_motion};
 pub use drawing::Samples;
+pub(crate) use drawing::joined;
 pub use energy::Energy;
-pub(crate) use energy::energy_along;
 pub(crate) use evaluator::Evaluator;
-pub(crate) use impulses::{Impulses, Window, check_order};
-pub(crate) use outputs::{Component, Located, accelerations, check_stop, contact_forces, gaps};
+pub(crate) use impulses::{Window, check_order};
+pub use motion::Motion;
+pub(crate) use motion::{KeptMotion, PathChapter};
+pub(crate) use outputs::Located;
 pub(crate) use parts::{PathArc, PathParts, PathPoint, PathSegment};
 pub(crate) use path::{Path, check_time};
 pub(crate) use segments::Stretch;

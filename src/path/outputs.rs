@@ -1,9 +1,7 @@
-//! What is measured along a motion: components of position, velocity and acceleration, gaps, forces of stops in contact.
+//! Places on a path, and components of the motion there.
 
 use crate::error::{Error, Result};
 use crate::model::{Normal, PhysicalState, Scene};
-use crate::observer::unless_broken_off;
-use crate::path::equations::PathEquations;
 use crate::path::parts::PathPoint;
 use crate::path::path::Path;
 use nalgebra::DVector;
@@ -21,21 +19,9 @@ impl Path {
         Located { point, state }
     }
 
-    /// Points with the states there.
-    pub fn located(&self, points: &[PathPoint]) -> impl Iterator<Item = Result<Located>> {
-        points.iter().map(|&point| Ok(self.locate(point)))
-    }
-
     /// The end of the motion.
     pub fn end(&self) -> PathPoint {
         self.end_of(self.parts.arcs.len() - 1, self.span.1)
-    }
-}
-
-impl Located {
-    /// The time and the position.
-    pub fn position(self) -> (f64, DVector<f64>) {
-        (self.point.time, self.state.0)
     }
 }
 
@@ -71,21 +57,9 @@ impl Component {
         }
     }
 
-    /// Its values at some places of a path.
-    ///
-    /// # Errors
-    /// Those of the places, and what the functions of a nonlinear scene report; `Error::Interrupted` where the caller's work is broken
-    /// off.
-    pub fn along(
-        &self,
-        (path, scene): (&Path, &Scene),
-        places: impl Iterator<Item = Result<Located>>,
-    ) -> Result<Vec<f64>> {
-        let equations = (self.derivative == 2).then(|| PathEquations::new(path, scene));
-        each(places, |Located { point, state }| match &equations {
-            Some(equations) => Ok(self.direction.dot(&equations.acceleration(point, &state)?)),
-            None => Ok(self.of_state(&state).unwrap_or_default()),
-        })
+    /// That of an acceleration.
+    pub fn of(&self, acceleration: &DVector<f64>) -> f64 {
+        self.direction.dot(acceleration)
     }
 }
 
@@ -97,58 +71,4 @@ pub(crate) fn check_stop(scene: &Scene, stop: usize) -> Result<()> {
         count => format!("the scene has stops 0 to {}", count - 1),
     };
     Err(Error::bad_value("stop", stop, rule))
-}
-
-/// The gap of a stop at some times and positions.
-///
-/// # Errors
-/// Those of the positions, and what the gap function of a nonlinear stop reports; `Error::Interrupted` where the caller's work is
-/// broken off.
-pub(crate) fn gaps(
-    scene: &Scene,
-    stop: usize,
-    positions: impl Iterator<Item = Result<(f64, DVector<f64>)>>,
-) -> Result<Vec<f64>> {
-    each(positions, |(t, q)| Ok(scene.gaps_at(&q, t)?[stop]))
-}
-
-/// The accelerations at some places of a path.
-///
-/// # Errors
-/// As [`Component::along`].
-pub(crate) fn accelerations(
-    (path, scene): (&Path, &Scene),
-    places: impl Iterator<Item = Result<Located>>,
-) -> Result<Vec<DVector<f64>>> {
-    let equations = PathEquations::new(path, scene);
-    each(places, |Located { point, state }| {
-        equations.acceleration(point, &state)
-    })
-}
-
-/// The force of a stop in lasting contact at some places of a path.
-///
-/// # Errors
-/// As [`Component::along`].
-pub(crate) fn contact_forces(
-    (path, scene): (&Path, &Scene),
-    stop: usize,
-    places: impl Iterator<Item = Result<Located>>,
-) -> Result<Vec<f64>> {
-    let equations = PathEquations::new(path, scene);
-    each(places, |Located { point, state }| {
-        equations.contact_force(stop, point, &state)
-    })
-}
-
-/// What each of some things gives, while the caller's work goes on.
-fn each<T, U>(
-    things: impl Iterator<Item = Result<T>>,
-    of: impl Fn(T) -> Result<U>,
-) -> Result<Vec<U>> {
-    let value = |thing| {
-        unless_broken_off()?;
-        of(thing?)
-    };
-    things.map(value).collect()
 }

@@ -61,17 +61,6 @@ impl Path {
         all
     }
 
-    /// Position and velocity at a time inside the span. What is left of impacts that accumulate (a segment `Chatter`) is given as
-    /// motion with the stop held: its velocity is off the true one, which jumps without end there, by no more than the speed of
-    /// the first impact left out, along the stop's reaction.
-    ///
-    /// # Errors
-    /// A time outside the span.
-    pub fn state(&self, t: f64, side: ImpactSide) -> Result<PhysicalState> {
-        let PathPoint { arc, local, .. } = self.point(t, side)?;
-        Ok(self.state_in(arc, local))
-    }
-
     /// Where a time inside the span is.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use crate::python::record::fields;
 use crate::python::sweep::{axis, scenes};
 use crate::python::text::shown;
 use crate::python::trajectory::PyTrajectory;
-use crate::section::{Motion, Section, poincare_points};
+use crate::section::{Section, poincare_points};
 use crate::sweep::{self, DiagramOptions, Direction};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -54,9 +54,9 @@ pub(crate) fn _poincare_points<'py>(
         }
     };
     let points = if let Ok(run) = motion.extract::<PyRef<'_, PyTrajectory>>() {
-        poincare_points(Motion::Trajectory(&run.core), &section)?
+        poincare_points(&run.core, &section)?
     } else if let Ok(orbit) = motion.extract::<PyRef<'_, PyOrbit>>() {
-        poincare_points(Motion::Orbit(&orbit.0), &section)?
+        poincare_points(&orbit.0, &section)?
     } else {
         let message = format!(
             "motion is {}, but a Trajectory or an Orbit is needed",

@@ -26,13 +26,13 @@ mod interrupt;
 mod made;
 mod modal;
 mod model;
+mod motion;
 mod named;
 mod objective;
 mod options;
 mod orbit;
 mod orbit_facts;
 mod orbits;
-mod outputs;
 mod pattern;
 mod ramp;
 mod record;
@@ -81,7 +81,7 @@ mod _core {
     #[pymodule_export]
     use super::objective::{_check_entry, _derivatives_but_multipliers, _objective_at};
     #[pymodule_export]
-    use super::orbit::{_check_orbit, _restore_orbit, PyOrbit};
+    use super::orbit::{_restore_orbit, PyOrbit};
     #[pymodule_export]
     use super::orbit_facts::{PyCoefficients, PyFamily, PyStability, PyViolation};
     #[pymodule_export]
@@ -97,7 +97,7 @@ mod _core {
     #[pymodule_export]
     use super::sweep::{_check_existence, _existence_at, _existence_cells, _simulate_rows};
     #[pymodule_export]
-    use super::trajectory::{_check_trajectory, _restore_trajectory, PyTrajectory};
+    use super::trajectory::{_restore_trajectory, PyTrajectory};
 
     use pyo3::prelude::*;
 

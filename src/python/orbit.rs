@@ -1,24 +1,19 @@
 //! A periodic orbit in Python.
 
-use crate::observer::unless_broken_off;
 use crate::orbit::{PeriodicOrbit, SavedMode, SavedOrbit, Stability};
-use crate::path::Stretch;
-use crate::python::answered::no_attribute;
-use crate::python::array::{out_complex, out_matrix, out_vector, times};
-use crate::python::model::{PyScene, normal};
+use crate::path::{KeptMotion, Motion, Stretch};
+use crate::python::array::{out_complex, out_matrix, out_vector};
+use crate::python::model::PyScene;
+use crate::python::motion::motion_class;
 use crate::python::orbit_facts::{PyCoefficients, PyStability, PyViolation};
-use crate::python::outputs::{derivative, out_values, side, window};
-use crate::python::pattern::{out_pattern, pattern, shown, stop_index};
+use crate::python::pattern::{out_pattern, pattern, shown};
 use crate::python::record::{field, objects};
-use crate::python::rows::{is_before, out_grazes, out_impacts, out_segments, out_states};
-use crate::python::run_facts::PyEnergy;
-use crate::python::text::{fixed_complex, html, list};
-use crate::python::{argument, derivative, files, interrupt};
-use crate::quantity::room_for;
+use crate::python::rows::out_grazes;
+use crate::python::text::{fixed_complex, list};
+use crate::python::{argument, derivative, interrupt};
 use crate::simulate::SegmentKind;
-use nalgebra::{Complex, DVector};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
-use pyo3::exceptions::PyValueError;
+use nalgebra::Complex;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
@@ -42,37 +37,9 @@ impl PyOrbit {
     fn decided(&self, py: Python<'_>) -> PyResult<&Stability> {
         interrupt::run(py, false, || self.0.stability())
     }
-
-    fn states(
-        &self,
-        t: &Bound<'_, PyAny>,
-        before: bool,
-    ) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
-        let (times, is_single) = times("t", t)?;
-        if let Some(bad) = times.iter().find(|t| !t.is_finite()) {
-            return Err(PyValueError::new_err(format!(
-                "t is {bad}, but it must be finite"
-            )));
-        }
-        let orbit = &self.0;
-        room_for(
-            "the motion at these times",
-            times.len(),
-            4 * orbit.scene().n_dof(),
-        )?;
-        let states = interrupt::run(t.py(), false, || {
-            let state = |&t: &f64| {
-                unless_broken_off()?;
-                Ok(orbit.state(t, before))
-            };
-            times.iter().map(state).collect::<crate::Result<Vec<_>>>()
-        })?;
-        Ok((states, is_single))
-    }
 }
 
-#[pymethods]
-impl PyOrbit {
+motion_class! { PyOrbit as "orbit" |own| own.0; (t): &Bound<'py, PyAny>;
     /// Period [s].
     #[getter]
     fn period(&self) -> f64 {
@@ -97,12 +64,6 @@ impl PyOrbit {
         out_pattern(py, self.0.pattern())
     }
 
-    /// The scene with the orbit's phase and clearances: simulated from (q0, v0) at t = 0 it retraces the orbit.
-    #[getter]
-    fn scene(&self) -> PyScene {
-        PyScene(self.0.scene().clone())
-    }
-
     /// Position right after the first impact [m], shape (n,).
     #[getter]
     fn q0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -113,255 +74,6 @@ impl PyOrbit {
     #[getter]
     fn v0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.0.v0())
-    }
-
-    /// Position at any times.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    fn position<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let (states, is_single) = self.states(t, false)?;
-        let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.0).collect();
-        out_states(py, &rows, self.0.scene().n_dof(), is_single)
-    }
-
-    /// Velocity at any times.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers.
-    /// side : {"after", "before"}, default "after"
-    ///     Which velocity is meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    #[pyo3(signature = (t, side="after"))]
-    fn velocity<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (states, is_single) = self.states(t, is_before(side)?)?;
-        let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
-        out_states(py, &rows, self.0.scene().n_dof(), is_single)
-    }
-
-    /// The motion along a direction n at any times: ``n.q``, ``n.v`` or ``n.a``, such as that of the tip of a beam.
-    ///
-    /// Parameters
-    /// ----------
-    /// direction : int or array_like, shape (n,)
-    ///     Index of a coordinate, counted from 0, or the direction n itself.
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers.
-    /// derivative : {0, 1, 2}, default 0
-    ///     Position, velocity or acceleration.
-    /// side : {"after", "before"}, default "after"
-    ///     Which velocity and acceleration are meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A direction that is no index from 0 to n - 1 and no vector of n finite numbers, another derivative or side, a time
-    ///     that is not finite.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import vibroimpact as vi
-    /// >>> orbit = vi.periodic_orbits(vi.paper_scene(kind=3), pattern=[1], n_periods=2)[0]
-    /// >>> bool(abs(orbit.along(1, 0.0) - 0.15) < 1e-12)                  # on the stop of the lower pendulum
-    /// True
-    #[pyo3(signature = (direction, t, derivative=0, side="after"))]
-    fn along<'py>(
-        &self,
-        py: Python<'py>,
-        direction: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = argument::derivative)] derivative: i64,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let direction = normal("direction", direction)?;
-        let (order, side) = (self::derivative(derivative)?, self::side(side)?);
-        let ((times, is_single), orbit) = (times("t", t)?, &self.0);
-        let values = interrupt::run(py, false, || orbit.along(direction, &times, order, side))?;
-        out_values(py, values, is_single)
-    }
-
-    /// Acceleration at any times, by the equations of motion.
-    ///
-    /// While a stop is held it is that of the motion along the stop; in a segment "chatter" the same, which is the mean over the
-    /// impacts that accumulate.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers.
-    /// side : {"after", "before"}, default "after"
-    ///     Which acceleration is meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A time that is not finite, another side.
-    #[pyo3(signature = (t, side="after"))]
-    fn acceleration<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
-        let (orbit, n) = (&self.0, self.0.scene().n_dof());
-        room_for("the accelerations at these times", times.len(), 2 * n)?;
-        let rows = interrupt::run(py, false, || orbit.accelerations(&times, side))?;
-        out_states(py, &rows, n, is_single)
-    }
-
-    /// The gap of a stop at any times.
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a time that is not finite.
-    fn gap<'py>(
-        &self,
-        py: Python<'py>,
-        stop: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
-        let orbit = &self.0;
-        let values = interrupt::run(py, false, || orbit.gap(stop, &times))?;
-        out_values(py, values, is_single)
-    }
-
-    /// The force of a stop in lasting contact at any times.
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// t : float or array_like, shape (m,)
-    ///     Times [s], any real numbers. At the end of a contact the side after is meant.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///     L >= 0 in ``a = a_free - b L``: a force along the stop's normal for the reaction "inertia", in the unit of an
-    ///     acceleration for "coordinate"; zero outside of segments "stick".
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a time that is not finite.
-    fn contact_force<'py>(
-        &self,
-        py: Python<'py>,
-        stop: &Bound<'py, PyAny>,
-        t: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times("t", t)?);
-        let orbit = &self.0;
-        let values = interrupt::run(py, false, || orbit.contact_force(stop, &times))?;
-        out_values(py, values, is_single)
-    }
-
-    /// All that a stop gives: impacts, impacts that accumulate, the force of lasting contact over its time.
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// span : pair of float, optional
-    ///     From right after its start to right after its end [s], any real numbers; default: one period.
-    ///
-    /// Returns
-    /// -------
-    /// float
-    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
-    ///     "inertia", in the unit of a velocity for "coordinate".
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a span that runs backwards or is not finite.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import numpy as np
-    /// >>> import vibroimpact as vi
-    /// >>> ball = vi.LinearSystem(1.0, 0.0, 0.0, load=[-1.0])            # on a shaken table, its weight is 1
-    /// >>> scene = vi.Scene(ball, vi.Harmonic(1.2, 1.0), vi.Stop(0, 0.0, 0.5, side="lower"))
-    /// >>> orbit = vi.periodic_orbits(scene, pattern=[0])[0]
-    /// >>> bool(np.isclose(orbit.impulse(0), orbit.period))              # carries it over a period
-    /// True
-    #[pyo3(signature = (stop, span=None))]
-    fn impulse(
-        &self,
-        py: Python<'_>,
-        stop: &Bound<'_, PyAny>,
-        span: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<f64> {
-        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
-        let orbit = &self.0;
-        interrupt::run(py, false, || orbit.impulse(stop, span))
-    }
-
-    /// Impacts of one period: structured array of time [s], stop, speed_before, speed_after [m/s], impulse [N s], phase [rad].
-    #[getter]
-    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_impacts(py, self.0.impacts())
-    }
-
-    /// Segments of one period: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end [s], impulse [N s] (what
-    /// the stop gives on it, beside the impacts that are listed).
-    #[getter]
-    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let orbit = &self.0;
-        let segments = interrupt::run(py, false, || orbit.segments())?;
-        out_segments(py, &segments)
-    }
-
-    /// The energy ledger of one period, from right after the first impact to right after it a period later (``t``, both sides of each
-    /// impact): what the forcing brought is then what was lost in dampers and at impacts. Of a NonlinearSystem as for a trajectory.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A NonlinearSystem without ``mass`` or ``potential``.
-    #[getter]
-    fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
-        let orbit = &self.0;
-        let energy = interrupt::run(py, false, || orbit.energy())?;
-        Ok(PyEnergy(energy))
     }
 
     /// Coefficients a, b, A, B of the paper's (14) in the shapes of ``modes``; None where the modes are complex
@@ -543,48 +255,6 @@ impl PyOrbit {
         Ok(arrays)
     }
 
-    /// Write the orbit to a file, from which ``load`` reads it again, equal to the bit.
-    ///
-    /// The file is an ``.npz`` archive of arrays with a header in JSON: the versions of the format and of the library, the scene, and what
-    /// the orbit is made of. Nothing in it is pickled.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : str or path-like
-    ///     The file, as it is to be called.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A scene with functions (NonlinearSystem, NonlinearStop), which a file cannot hold.
-    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
-        files::save(slf.as_any(), path)
-    }
-
-    /// The orbit as an ``xarray.Dataset`` with named dimensions; needs xarray, the extra "xarray".
-    ///
-    /// Returns
-    /// -------
-    /// xarray.Dataset
-    ///     ``q0`` and ``v0`` over dof, columns of impacts and segments (``impact_time``, ...), ``floquet_multipliers``; period, phase, pattern
-    ///     and verdicts as attributes.
-    ///
-    /// Raises
-    /// ------
-    /// ImportError
-    ///     Without xarray.
-    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        files::to_xarray(slf.as_any())
-    }
-
-    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
-        html(slf.as_any(), "orbit")
-    }
-
-    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
-        Err(no_attribute(slf.as_any(), name))
-    }
-
     pub fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let o = self.judged(py)?;
         let admissible = match o.violation() {
@@ -601,8 +271,8 @@ impl PyOrbit {
             list(&o.q0()),
             list(&o.v0()),
         );
-        let lasting = o.stretches().filter(|s| !s.lasting().is_free());
-        for part in lasting {
+        let lasting = |part: &Stretch<'_>| !part.lasting().is_free();
+        for part in o.stretches()?.into_iter().filter(lasting) {
             let Stretch { start, end, .. } = part;
             for stop in part.stops() {
                 text.push_str(&format!(
@@ -698,12 +368,6 @@ pub(crate) fn _restore_orbit(
     let scene = &scene.0;
     let orbit = interrupt::run(py, false, || PeriodicOrbit::restore(scene, pattern, saved))?;
     Ok(PyOrbit(orbit))
-}
-
-/// Refuses an orbit from a file that its scene cannot have.
-#[pyfunction]
-pub(crate) fn _check_orbit(py: Python<'_>, orbit: &PyOrbit) -> PyResult<()> {
-    interrupt::run(py, false, || orbit.0.check_kept())
 }
 
 /// How many periods of the forcing an orbit has, and from which phase on; nothing without forcing. A whole turn is none.

@@ -5,7 +5,6 @@ use crate::python::array::{RowType, out_rows, out_vector};
 use crate::simulate::Segment;
 use nalgebra::DVector;
 use numpy::IntoPyArray;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 static IMPACT_ROWS: RowType = RowType::new(&[
@@ -33,17 +32,6 @@ static SEGMENTS: RowType = RowType::new(&[
     ("end", "f8"),
     ("impulse", "f8"),
 ]);
-
-/// Which side of an impact is meant, from its name.
-pub(crate) fn is_before(side: &str) -> PyResult<bool> {
-    match side {
-        "after" => Ok(false),
-        "before" => Ok(true),
-        _ => Err(PyValueError::new_err(format!(
-            "side is {side:?}, but it must be \"after\" or \"before\""
-        ))),
-    }
-}
 
 /// Impacts as a structured array.
 pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<Bound<'py, PyAny>> {

@@ -1,21 +1,16 @@
 //! Trajectories in Python.
 
 use crate::model::Parameter;
-use crate::observer::unless_broken_off;
-use crate::python::answered::no_attribute;
+use crate::path::Motion;
 use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::derivative::OfRun;
-use crate::python::model::{PyScene, normal};
-use crate::python::outputs::{derivative, out_values, side, times_or_points, window};
-use crate::python::pattern::stop_index;
+use crate::python::model::PyScene;
+use crate::python::motion::{motion_class, out_values};
 use crate::python::ramp::{PyRamp, ramps};
-use crate::python::rows::{out_grazes, out_impacts, out_segments, out_states};
-use crate::python::run_facts::{PyEnergy, PyStats};
-use crate::python::text::html;
-use crate::python::{argument, files, interrupt};
-use crate::quantity::room_for;
+use crate::python::rows::out_grazes;
+use crate::python::run_facts::PyStats;
+use crate::python::{argument, interrupt};
 use crate::simulate::{Samples, SavedTrajectory, Trajectory};
-use nalgebra::DVector;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn};
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::PyValueError;
@@ -58,33 +53,9 @@ impl PyTrajectory {
             .get()
             .ok_or_else(|| PyValueError::new_err("the trajectory has no samples"))
     }
-
-    fn states(
-        &self,
-        t: &Bound<'_, PyAny>,
-        side: &str,
-    ) -> PyResult<(Vec<(DVector<f64>, DVector<f64>)>, bool)> {
-        let side = self::side(side)?;
-        let (times, is_single) = times("t", t)?;
-        let core = &self.core;
-        room_for(
-            "the motion at these times",
-            times.len(),
-            4 * core.scene().n_dof(),
-        )?;
-        let states = interrupt::run(t.py(), false, || {
-            let state = |&t: &f64| {
-                unless_broken_off()?;
-                core.state(t, side)
-            };
-            times.iter().map(state).collect::<crate::Result<Vec<_>>>()
-        })?;
-        Ok((states, is_single))
-    }
 }
 
-#[pymethods]
-impl PyTrajectory {
+motion_class! { PyTrajectory as "trajectory" |own| own.core; (t=None): Option<&Bound<'py, PyAny>>;
     /// Times [s], shape (m,): ``t_eval``, or without it points for drawing, both sides of each impact, at most 200 a segment, fewer
     /// where these would be more than a million.
     #[getter]
@@ -107,270 +78,6 @@ impl PyTrajectory {
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         out_matrix(py, &self.samples(py)?.2)
-    }
-
-    /// Position at times inside the span; needs keep="motion".
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s].
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A time outside the span, or a motion that was not kept.
-    fn position<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let (states, is_single) = self.states(t, "after")?;
-        let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.0).collect();
-        out_states(py, &rows, self.core.scene().n_dof(), is_single)
-    }
-
-    /// Velocity at times inside the span; needs keep="motion".
-    ///
-    /// What is left of impacts that accumulate (a segment "chatter") is given as motion with the stop held: its velocity is off
-    /// the true one, which jumps without end there, by no more than the speed of the first impact left out, along the stop's
-    /// reaction.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s].
-    /// side : {"after", "before"}, default "after"
-    ///     Which velocity is meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A time outside the span, or a motion that was not kept.
-    #[pyo3(signature = (t, side="after"))]
-    fn velocity<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (states, is_single) = self.states(t, side)?;
-        let rows: Vec<DVector<f64>> = states.into_iter().map(|s| s.1).collect();
-        out_states(py, &rows, self.core.scene().n_dof(), is_single)
-    }
-
-    /// The motion along a direction n: ``n.q``, ``n.v`` or ``n.a``, such as that of the tip of a beam.
-    ///
-    /// Parameters
-    /// ----------
-    /// direction : int or array_like, shape (n,)
-    ///     Index of a coordinate, counted from 0, or the direction n itself.
-    /// t : float or array_like, shape (m,), optional
-    ///     Times [s]; default: ``trajectory.t``, where points for drawing stand on both sides of each impact, each on its own.
-    /// derivative : {0, 1, 2}, default 0
-    ///     Position, velocity or acceleration.
-    /// side : {"after", "before"}, default "after"
-    ///     Which velocity and acceleration are meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A direction that is no index from 0 to n - 1 and no vector of n finite numbers, another derivative or side, a time
-    ///     outside the span; a motion that was not kept, but for position and velocity at ``t_eval``.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import numpy as np
-    /// >>> import vibroimpact as vi
-    /// >>> beam = vi.LinearSystem(np.ones(2), [0.02, 0.1], [1.0, 8.0])   # two modes
-    /// >>> tip = np.array([1.0, -1.0])                                   # the modes at the tip
-    /// >>> run = vi.simulate(vi.Scene(beam, vi.Harmonic(0.3 * tip, 0.9), vi.Stop(tip, 0.5, 0.8)), [0, 0], [0, 0], (0, 50))
-    /// >>> bool(run.along(tip).max() < 0.5 + 1e-12)
-    /// True
-    #[pyo3(signature = (direction, t=None, derivative=0, side="after"))]
-    fn along<'py>(
-        &self,
-        py: Python<'py>,
-        direction: &Bound<'py, PyAny>,
-        t: Option<&Bound<'py, PyAny>>,
-        #[pyo3(from_py_with = argument::derivative)] derivative: i64,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let direction = normal("direction", direction)?;
-        let (order, side) = (self::derivative(derivative)?, self::side(side)?);
-        let ((times, is_single), core) = (times_or_points(t)?, &self.core);
-        let values = interrupt::run(py, false, || {
-            core.along(direction, times.as_deref(), order, side)
-        })?;
-        out_values(py, values, is_single)
-    }
-
-    /// Acceleration at times inside the span, by the equations of motion; needs keep="motion".
-    ///
-    /// While a stop is held it is that of the motion along the stop; in a segment "chatter" the same, which is the mean over the
-    /// impacts that accumulate.
-    ///
-    /// Parameters
-    /// ----------
-    /// t : float or array_like, shape (m,)
-    ///     Times [s].
-    /// side : {"after", "before"}, default "after"
-    ///     Which acceleration is meant at an impact.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m, n), or (n,) for a single time
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A time outside the span, or a motion that was not kept.
-    #[pyo3(signature = (t, side="after"))]
-    fn acceleration<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = argument::side)] side: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let (side, (times, is_single)) = (self::side(side)?, times("t", t)?);
-        let (core, n) = (&self.core, self.core.scene().n_dof());
-        room_for("the accelerations at these times", times.len(), 2 * n)?;
-        let rows = interrupt::run(py, false, || core.accelerations(&times, side))?;
-        out_states(py, &rows, n, is_single)
-    }
-
-    /// The gap of a stop.
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// t : float or array_like, shape (m,), optional
-    ///     Times [s]; default: ``trajectory.t``.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///     Not below zero but for rounding or the tolerance of steps.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a time outside the span; a motion that was not kept, but for the gap at ``t_eval``.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import vibroimpact as vi
-    /// >>> ball = vi.LinearSystem(1.0, 0.0, 0.0, load=[-9.81])
-    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 2))
-    /// >>> run.gap(0, [0.0, 2.0]).round(12) + 0.0
-    /// array([1., 0.])
-    #[pyo3(signature = (stop, t=None))]
-    fn gap<'py>(
-        &self,
-        py: Python<'py>,
-        stop: &Bound<'py, PyAny>,
-        t: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
-        let core = &self.core;
-        let values = interrupt::run(py, false, || core.gap(stop, times.as_deref()))?;
-        out_values(py, values, is_single)
-    }
-
-    /// The force of a stop in lasting contact; needs keep="motion".
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// t : float or array_like, shape (m,), optional
-    ///     Times [s]; default: ``trajectory.t``. At the end of a contact the side after is meant.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray, shape (m,), or () for a single time
-    ///     L >= 0 in ``a = a_free - b L``: a force along the stop's normal for the reaction "inertia", in the unit of an
-    ///     acceleration for "coordinate"; zero outside of segments "stick". Impacts that accumulate (a segment "chatter") have
-    ///     an ``impulse`` instead.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a time outside the span, a motion that was not kept.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import vibroimpact as vi
-    /// >>> ball = vi.LinearSystem(2.0, 0.0, 0.0, load=[-2.0 * 9.81])
-    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 3))
-    /// >>> run.contact_force(0, [0.1, 2.9]).round(12)                    # in flight, and at rest: its weight
-    /// array([ 0.  , 19.62])
-    #[pyo3(signature = (stop, t=None))]
-    fn contact_force<'py>(
-        &self,
-        py: Python<'py>,
-        stop: &Bound<'py, PyAny>,
-        t: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (stop, (times, is_single)) = (stop_index("stop", stop)?, times_or_points(t)?);
-        let core = &self.core;
-        let values = interrupt::run(py, false, || core.contact_force(stop, times.as_deref()))?;
-        out_values(py, values, is_single)
-    }
-
-    /// All that a stop gave: impacts, impacts that accumulate, the force of lasting contact over its time; needs keep="motion".
-    ///
-    /// Parameters
-    /// ----------
-    /// stop : int
-    ///     Index of the stop, counted from 0.
-    /// span : pair of float, optional
-    ///     From right after its start to right after its end [s], inside the run; default: all of it. An impact at the start of
-    ///     the run counts where the span begins there.
-    ///
-    /// Returns
-    /// -------
-    /// float
-    ///     Sum of p in ``v+ = v- - b p`` and of the contact force over its time: an impulse along the stop's normal for the reaction
-    ///     "inertia", in the unit of a velocity for "coordinate".
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A stop that the scene does not have, a span that runs backwards or leaves the run, a motion that was not kept.
-    ///
-    /// Notes
-    /// -----
-    /// It is the sum of ``impacts["impulse"]`` and ``segments["impulse"]`` of the stop, and closes the balance of momentum:
-    /// ``M (v(t2) - v(t1))`` is the integral of all other forces less the impulses along the normals.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import numpy as np
-    /// >>> import vibroimpact as vi
-    /// >>> ball = vi.LinearSystem(2.0, 0.0, 0.0, load=[-2.0 * 9.81])     # dropped from 1 m, it bounces and comes to rest
-    /// >>> run = vi.simulate(vi.Scene(ball, stops=vi.Stop(0, 0.0, 0.5, side="lower")), 1.0, 0.0, (0, 3))
-    /// >>> bool(np.isclose(run.impulse(0), 3 * 2.0 * 9.81))              # what its weight gave in three seconds
-    /// True
-    #[pyo3(signature = (stop, span=None))]
-    fn impulse(
-        &self,
-        py: Python<'_>,
-        stop: &Bound<'_, PyAny>,
-        span: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<f64> {
-        let (stop, span) = (stop_index("stop", stop)?, window(span)?);
-        let core = &self.core;
-        interrupt::run(py, false, || core.impulse(stop, span))
     }
 
     /// Value of a number that a ramp moves.
@@ -447,44 +154,11 @@ impl PyTrajectory {
         }
     }
 
-    /// Impacts: structured array of time [s], stop, speed_before, speed_after [m/s], impulse [N s], phase [rad].
-    #[getter]
-    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        out_impacts(py, self.core.impacts())
-    }
-
     /// Touches without impact, minima of a gap within its rounding of zero: structured array of time [s], stop, depth [m].
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let grazes = self.core.grazes();
         out_grazes(py, grazes.iter().map(|g| (g.time, g.stop, g.depth)))
-    }
-
-    /// The energy ledger at the times ``t``; needs keep="motion".
-    ///
-    /// Of a NonlinearSystem, given with ``mass`` and ``potential``, ``damping_loss`` is what its forces took beyond the potential,
-    /// those of dampers and any others (negative: they brought energy), and ``balance`` checks the motion and the quadrature
-    /// alone: a mass or potential that is not that of the acceleration shows as ``damping_loss``.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A motion that was not kept, a NonlinearSystem without ``mass`` or ``potential``.
-    #[getter]
-    fn energy(&self, py: Python<'_>) -> PyResult<PyEnergy> {
-        let core = &self.core;
-        let energy = interrupt::run(py, false, || core.energy())?;
-        Ok(PyEnergy(energy))
-    }
-
-    /// Segments: structured array of kind ("flight", "chatter", "stick"), stop (-1: none), start, end [s], impulse [N s] (what the stop gives on
-    /// it, beside the impacts that are listed: the rest of impacts that accumulate, the contact force over its time); needs
-    /// keep="motion".
-    #[getter]
-    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let core = &self.core;
-        let segments = interrupt::run(py, false, || core.segments())?;
-        out_segments(py, &segments)
     }
 
     /// Final position and velocity, shapes (n,) and (n,).
@@ -545,12 +219,6 @@ impl PyTrajectory {
         PyStats(self.core.stats())
     }
 
-    /// The scene.
-    #[getter]
-    fn scene(&self) -> PyScene {
-        PyScene(self.core.scene().clone())
-    }
-
     /// Arrays of the trajectory, for ``numpy.savez``.
     ///
     /// Returns
@@ -574,40 +242,6 @@ impl PyTrajectory {
             arrays.set_item(format!("derivatives_{name}"), by)?;
         }
         Ok(arrays)
-    }
-
-    /// Write the trajectory to a file, from which ``load`` reads it again, equal to the bit.
-    ///
-    /// The file is an ``.npz`` archive of arrays with a header in JSON: the versions of the format and of the library, the scene, and what
-    /// the trajectory is made of. Nothing in it is pickled.
-    ///
-    /// Parameters
-    /// ----------
-    /// path : str or path-like
-    ///     The file, as it is to be called.
-    ///
-    /// Raises
-    /// ------
-    /// ValueError
-    ///     A scene with functions (NonlinearSystem, NonlinearStop), which a file cannot hold.
-    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
-        files::save(slf.as_any(), path)
-    }
-
-    /// The trajectory as an ``xarray.Dataset`` with named dimensions; needs xarray, the extra "xarray".
-    ///
-    /// Returns
-    /// -------
-    /// xarray.Dataset
-    ///     ``q`` and ``v`` over time and dof, columns of impacts, grazes and segments (``impact_time``, ...), ``final_q`` and ``final_v``,
-    ///     derivatives over time and state (``derivatives_clearance``, ...) or state alone; status, message and end as attributes.
-    ///
-    /// Raises
-    /// ------
-    /// ImportError
-    ///     Without xarray.
-    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        files::to_xarray(slf.as_any())
     }
 
     fn __reduce__<'py>(
@@ -646,14 +280,6 @@ impl PyTrajectory {
                 .getattr("_restore_trajectory")?,
             (self.scene(), numbers),
         ))
-    }
-
-    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
-        html(slf.as_any(), "trajectory")
-    }
-
-    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<()> {
-        Err(no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self) -> String {
@@ -734,10 +360,4 @@ pub(crate) fn _restore_trajectory(
         Some(derived) => PyTrajectory::with_derivatives(core, derived),
         None => PyTrajectory::new(core),
     })
-}
-
-/// Refuses a trajectory from a file that its scene cannot have.
-#[pyfunction]
-pub(crate) fn _check_trajectory(py: Python<'_>, trajectory: &PyTrajectory) -> PyResult<()> {
-    interrupt::run(py, false, || trajectory.core.check_kept())
 }

@@ -1,13 +1,10 @@
 //! Poincare sections: a motion looked at once in a while, and what it has settled on.
 
 mod events;
-mod motion;
 mod plane;
 mod points;
 mod settled;
 
-pub use motion::Motion;
-pub(crate) use motion::Sectioned;
 pub use points::{PoincarePoints, Section, poincare_points};
 pub(crate) use points::{points_of, wait};
 pub(crate) use settled::{Settled, farthest_from, settled, settled_by_impacts};

@@ -6,14 +6,13 @@ use crate::event::roots::{roots_of, value as value_of};
 use crate::model::PhysicalState;
 use crate::model::chebyshev::CHEBYSHEV_NODES;
 use crate::model::function_pieces::{Layout, polynomial_pieces};
-use crate::path::Path;
-use crate::section::motion::Sectioned;
+use crate::path::{KeptMotion, Path, PathChapter};
 use crate::tolerance::{ROOM_ROUNDING, TIME_ROUNDING};
 use nalgebra::DVector;
 
 /// The times at which `row.(q, v)` rises through a value, with the states there.
 pub(super) fn crossings(
-    motion: &dyn Sectioned,
+    motion: &dyn KeptMotion,
     row: &DVector<f64>,
     value: f64,
 ) -> Result<Vec<(f64, PhysicalState)>> {
@@ -23,7 +22,7 @@ pub(super) fn crossings(
         return Ok(found);
     }
     let mut is_above = None;
-    for path in motion.paths()? {
+    for PathChapter { path, .. } in motion.chapters()? {
         for arc in 0..path.parts.arcs.len() {
             let clock = path.arc(arc).clock;
             for local in rises(path, arc, (row, *value), &mut is_above)? {

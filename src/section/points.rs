@@ -3,10 +3,9 @@
 use crate::error::{Error, Result};
 use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
-use crate::path::ImpactSide;
+use crate::path::{ImpactSide, KeptMotion, Motion};
 use crate::quantity::{finite, finite_vector, room_for};
 use crate::section::events::{ImpactEvent, events};
-use crate::section::motion::{Motion, Sectioned};
 use crate::section::plane::crossings;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -138,15 +137,12 @@ impl PoincarePoints {
 /// assert_eq!(after.stop, [Some(1)]);
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
-pub fn poincare_points<'a>(
-    motion: impl Into<Motion<'a>>,
-    section: &Section,
-) -> Result<PoincarePoints> {
-    points_of(&motion.into(), section)
+pub fn poincare_points(motion: &impl Motion, section: &Section) -> Result<PoincarePoints> {
+    points_of(motion, section)
 }
 
 /// The points of a section of any kind of motion.
-pub(crate) fn points_of(motion: &dyn Sectioned, section: &Section) -> Result<PoincarePoints> {
+pub(crate) fn points_of(motion: &dyn KeptMotion, section: &Section) -> Result<PoincarePoints> {
     match section {
         Section::Plane { row, value } => {
             section.check(motion.scene())?;
@@ -186,7 +182,7 @@ pub(crate) fn wait(period: f64, from: f64, to: f64) -> f64 {
 
 /// The times of a motion at which the forcing has a phase: from its start on, up to its end; but for one that closes, which has its end
 /// at its start.
-pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64>> {
+pub(crate) fn strobe_times(motion: &dyn KeptMotion, phase: f64) -> Result<Vec<f64>> {
     finite("phase", phase)?;
     let refused = |reason: &str| {
         Error::bad_value(
@@ -204,7 +200,7 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
     let (start, end) = motion.span();
     // A phase that is the one at the start but for rounding counts as that.
     let rounding = f64::EPSILON * (start.abs().max(end.abs()) + period);
-    let wait = wait(period, motion.phase()(start), phase);
+    let wait = wait(period, motion.forcing_phase()(start), phase);
     let first = if period - wait <= 4.0 * rounding {
         0.0
     } else {
@@ -226,19 +222,16 @@ pub(crate) fn strobe_times(motion: &dyn Sectioned, phase: f64) -> Result<Vec<f64
 }
 
 /// The motion at some times, after what happens there.
-pub(crate) fn at_times(motion: &dyn Sectioned, times: &[f64]) -> Result<PoincarePoints> {
-    let states = times
-        .iter()
-        .map(|&t| motion.state(t, ImpactSide::After))
-        .collect::<Result<Vec<_>>>()?;
+pub(crate) fn at_times(motion: &dyn KeptMotion, times: &[f64]) -> Result<PoincarePoints> {
+    let states = motion.states(times, ImpactSide::After)?;
     Ok(points(motion, times.to_vec(), &states))
 }
 
 /// Points at which nothing is hit.
-fn points(motion: &dyn Sectioned, t: Vec<f64>, states: &[PhysicalState]) -> PoincarePoints {
+fn points(motion: &dyn KeptMotion, t: Vec<f64>, states: &[PhysicalState]) -> PoincarePoints {
     let n = motion.scene().n_dof();
     let is_forced = motion.scene().period().is_some();
-    let at = motion.phase();
+    let at = motion.forcing_phase();
     let phase = |&t: &f64| if is_forced { at(t) } else { f64::NAN };
     PoincarePoints {
         stop: vec![None; t.len()],

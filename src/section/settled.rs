@@ -2,9 +2,9 @@
 
 use crate::error::Result;
 use crate::orbit::Pattern;
+use crate::path::KeptMotion;
 use crate::recurrence::{Advance, Measure, advance, repeats_after};
 use crate::section::events::{ImpactEvent, events};
-use crate::section::motion::Sectioned;
 use crate::section::points::{PoincarePoints, at_times, strobe_times};
 use std::f64::consts::TAU;
 
@@ -24,9 +24,9 @@ pub(crate) struct Settled {
 /// What a motion under a forcing with a period has settled on, up to a longest period; `turns` are those of positions that are angles,
 /// zero of others. It is looked at where no impact is near: next to one, two motions that are
 /// close look far apart.
-pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> Result<Settled> {
+pub(crate) fn settled(motion: &dyn KeptMotion, turns: &[f64], longest: usize) -> Result<Settled> {
     let events = events(motion.impacts(), &motion.stretches()?);
-    let phase_at = motion.phase();
+    let phase_at = motion.forcing_phase();
     let phases = events.iter().map(|event| phase_at(event.time)).collect();
     let phase = farthest_from(phases).unwrap_or_else(|| phase_at(motion.span().0));
     let times = strobe_times(motion, phase)?;
@@ -50,7 +50,7 @@ pub(crate) fn settled(motion: &dyn Sectioned, turns: &[f64], longest: usize) -> 
 
 /// The regime of a motion from its states after impacts: its period is a number of these.
 pub(crate) fn settled_by_impacts(
-    motion: &dyn Sectioned,
+    motion: &dyn KeptMotion,
     points: &PoincarePoints,
     longest: usize,
 ) -> Result<Settled> {

@@ -3,7 +3,7 @@
 
 use crate::law::Cushion;
 use crate::model::{Forcing, LinearSystem, Scene, Stop};
-use crate::simulate::{ImpactSide, Method, SimulateOptions, Solver, simulate};
+use crate::simulate::{ImpactSide, Method, Motion, SimulateOptions, Solver, simulate};
 use nalgebra::{dmatrix, dvector};
 
 /// A free body gives back of its speed what the law says of a spring with a dashpot, in the time that it says.

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::impact::Impact;
 use crate::model::{Parameter, Ramp, Scene};
-use crate::path::{ImpactSide, Impulses, Path, PathPoint, check_time};
+use crate::path::{ImpactSide, KeptMotion, PathChapter, check_time};
 use crate::simulate::kept::KeptChapter;
 use crate::simulate::trajectory::Trajectory;
 
@@ -16,18 +16,26 @@ impl Trajectory {
         }
     }
 
-    /// The motion of a chapter with its scene.
+    /// A chapter of the motion.
     ///
     /// # Errors
     /// A trajectory that does not keep its motion.
-    pub(super) fn kept(&self, chapter: usize) -> Result<(&Path, &Scene)> {
-        let path = self.chapters.get(chapter).and_then(|own| own.path.as_ref());
-        let Some(path) = path else {
+    pub(super) fn kept(&self, chapter: usize) -> Result<PathChapter<'_>> {
+        let Some((own, path)) = self
+            .chapters
+            .get(chapter)
+            .and_then(|own| Some((own, own.path.as_ref()?)))
+        else {
             let rule = "the motion is kept with keep=\"motion\" alone: what there is of this run is its last state, the states at t_eval, and its \
                         impacts with keep=\"impacts\"";
             return Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule));
         };
-        Ok((path, self.scene_of(chapter)))
+        Ok(PathChapter {
+            path,
+            scene: self.scene_of(chapter),
+            impacts: self.impacts_of(chapter),
+            contact_impulses: &own.contact_impulses,
+        })
     }
 
     /// The chapter that a time is in; where two meet, that of a side.
@@ -37,65 +45,11 @@ impl Trajectory {
         self.chapters.partition_point(begun).max(1) - 1
     }
 
-    /// Places at times, by chapters in the order of the times; without times those of the samples.
-    ///
-    /// # Errors
-    /// A time outside the span, a trajectory that does not keep its motion.
-    pub(super) fn places(
-        &self,
-        times: Option<&[f64]>,
-        side: ImpactSide,
-    ) -> Result<Vec<(usize, Vec<PathPoint>)>> {
-        self.kept(0)?;
-        let sampled = self.samples.as_ref().map(|(times, ..)| times.as_slice());
-        let Some(given) = times.or(sampled) else {
-            let chapters = 0..self.chapters.len();
-            return chapters
-                .map(|k| Ok((k, self.kept(k)?.0.points()?)))
-                .collect();
-        };
-        let mut places: Vec<(usize, Vec<PathPoint>)> = Vec::new();
-        for &t in given {
-            check_time(t, self.span)?;
-            let chapter = self.chapter_at(t, side);
-            let point = self.kept(chapter)?.0.point(t, side)?;
-            match places.last_mut() {
-                Some((last, points)) if *last == chapter => points.push(point),
-                _ => places.push((chapter, vec![point])),
-            }
-        }
-        Ok(places)
-    }
-
-    /// A quantity of the motion at points, chapter by chapter.
-    pub(super) fn each_kept<T>(
-        &self,
-        places: &[(usize, Vec<PathPoint>)],
-        of: impl Fn((&Path, &Scene), &[PathPoint]) -> Result<Vec<T>>,
-    ) -> Result<Vec<T>> {
-        let mut all = Vec::new();
-        for (chapter, points) in places {
-            all.extend(of(self.kept(*chapter)?, points)?);
-        }
-        Ok(all)
-    }
-
     /// The impacts of a chapter.
     pub(super) fn impacts_of(&self, chapter: usize) -> &[Impact] {
         self.impacts
             .get(self.chapters[chapter].impacts.clone())
             .unwrap_or_default()
-    }
-
-    /// The impulses of the stops in contact on each segment of a chapter.
-    pub(super) fn impulses_of_segments(&self, chapter: usize) -> Result<&Vec<Vec<f64>>> {
-        let cache = &self.chapters[chapter].contact_impulses;
-        if let Some(known) = cache.get() {
-            return Ok(known);
-        }
-        let (path, scene) = self.kept(chapter)?;
-        let impulses = Impulses::new(path, scene, self.impacts_of(chapter))?.of_segments()?;
-        Ok(cache.get_or_init(|| impulses))
     }
 
     /// The ramps of the run.

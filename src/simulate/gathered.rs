@@ -3,12 +3,12 @@
 use crate::error::Error;
 use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
-use crate::path::{Evaluator, Path, Samples};
+use crate::path::{Evaluator, Path, Samples, joined};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::run::Done;
-use crate::simulate::trajectory::{Trajectory, joined};
+use crate::simulate::trajectory::Trajectory;
 use std::sync::{Arc, OnceLock};
 
 /// What there is of a trajectory so far.

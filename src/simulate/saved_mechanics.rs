@@ -22,9 +22,8 @@ impl Trajectory {
     /// What disagrees, with its time; what functions of the scene report.
     pub fn check_kept(&self) -> Result<()> {
         for chapter in 0..self.chapters.len() {
-            let own = &self.chapters[chapter];
-            if let Some(path) = &own.path {
-                let impacts = self.impacts.get(own.impacts.clone()).unwrap_or_default();
+            if let Some(path) = &self.chapters[chapter].path {
+                let impacts = self.impacts_of(chapter);
                 check_motion("trajectory", path, self.scene_of(chapter), impacts)?;
             }
         }

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::section::{Motion, Section, points_of};
+use crate::section::{Section, points_of};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_COUNTED_SPAN, QUIET_EVALUATIONS, QUIET_SPAN_RATIO};
 
@@ -33,7 +33,7 @@ pub(super) fn until(
         let found = run(most, span)?;
         match found.status() {
             Status::MaxImpacts => {
-                let seen = points_of(&Motion::Trajectory(&found), section)?.t.len();
+                let seen = points_of(&found, section)?.t.len();
                 if seen >= count || most >= MOST_COUNTED_IMPACTS {
                     return Ok(found);
                 }

@@ -6,9 +6,7 @@ use crate::model::{PhysicalState, Scene};
 use crate::observer::ProgressRange;
 use crate::orbit::{Pattern, depends_on_own_time};
 use crate::quantity::{at_least_one, finite, finite_vector};
-use crate::section::{
-    Motion, PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts,
-};
+use crate::section::{PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts};
 use crate::simulate::{Keep, SimulateOptions, Solver, Status, Trajectory, put_onto, simulate};
 use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
@@ -269,14 +267,13 @@ fn at_value(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Re
     let span = (start, start + options.periods as f64 * period);
     let (q, v) = transient.last();
     let seen = simulate(scene, q, v, span, &seen)?;
-    let motion = Motion::Trajectory(&seen);
-    let mut points = points_of(&motion, &options.section)?;
+    let mut points = points_of(&seen, &options.section)?;
     if let Section::Phase(_) = options.section {
         // Of a phase that is that of the start, the end is the start of the next value.
         points.truncate(options.periods);
     }
     Ok(AtValue {
-        settled: settled(&motion, &vec![0.0; scene.n_dof()], DIAGRAM_LONGEST_PERIOD)?,
+        settled: settled(&seen, &vec![0.0; scene.n_dof()], DIAGRAM_LONGEST_PERIOD)?,
         points,
         status: if transient.status() == Status::Finished {
             seen.status()
@@ -294,15 +291,14 @@ fn by_impacts(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> 
     let transient = until(scene, (&state, 0.0), (options.transient, section), &run)?;
     let start = (&own(&transient), transient.t_end());
     let seen = until(scene, start, (options.periods, section), &run)?;
-    let motion = Motion::Trajectory(&seen);
-    let mut points = points_of(&motion, section)?;
+    let mut points = points_of(&seen, section)?;
     points.truncate(options.periods);
     let status = match seen.status() {
         Status::MaxImpacts => Status::Finished,
         status => status,
     };
     Ok(AtValue {
-        settled: settled_by_impacts(&motion, &points, DIAGRAM_LONGEST_PERIOD)?,
+        settled: settled_by_impacts(&seen, &points, DIAGRAM_LONGEST_PERIOD)?,
         points,
         status,
         last: own(&seen),

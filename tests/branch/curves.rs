@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     BifurcationCurve, Constraint, ContinuationOptions, CurveOf, EndReason, FreeParameter, Harmonic,
-    Kind, LinearSystem, OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene,
-    Special, SpecialKind, Stop, Virtual, bifurcation_curve, bifurcation_curve_of, continuation,
-    paper_scene, periodic_orbits,
+    ImpactSide, Kind, LinearSystem, Motion, OrbitOptions, PaperOptions, Parameter, Pattern,
+    PeriodicOrbit, Scene, Special, SpecialKind, Stop, Virtual, bifurcation_curve,
+    bifurcation_curve_of, continuation, paper_scene, periodic_orbits,
 };
 
 const PLANES: [([Parameter; 2], [(f64, f64); 2]); 5] = [
@@ -363,7 +363,12 @@ fn a_corner_that_one_stop_hits_has_a_curve_on_which_the_other_is_reached_there()
                 let w = TAU / orbit.scene().period().expect("forced");
                 assert!((w - y).abs() < 1e-12);
                 let impact = orbit.impacts()[0];
-                let gap = x - across.dot(&orbit.state(impact.time, true).0);
+                let gap = x - across.dot(
+                    &orbit
+                        .state(impact.time, ImpactSide::Before)
+                        .expect("a time")
+                        .0,
+                );
                 assert!(gap.abs() < 1e-9, "{seed}: {gap:e} at ({x}, {y})");
                 assert!(impact.approach > 0.0 && orbit.pattern() == &Pattern::single(0));
             }

@@ -7,8 +7,9 @@ use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Branch, Candidate, ContinuationOptions, ContinuationParameter, EndReason, Error, Forcing,
-    Guess, LinearSystem, PendulumChain, PeriodicOrbit, Result, Scene, SimulateOptions, SpecialKind,
-    Stop, System, Wall, WallSide, branches, continuation_over_energy, find_orbit, simulate,
+    Guess, LinearSystem, Motion, PendulumChain, PeriodicOrbit, Result, Scene, SimulateOptions,
+    SpecialKind, Stop, System, Wall, WallSide, branches, continuation_over_energy, find_orbit,
+    simulate,
 };
 
 fn scene(system: impl Into<System>, stops: &[Stop]) -> Scene {

@@ -4,9 +4,9 @@ use crate::scenes::{Oscillator, followed, pressed, settled};
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{Complex, dmatrix, dvector};
 use vibroimpact::{
-    ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, Parameter, PeriodicOrbit, Scene,
-    SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches, continuation_of,
-    find_orbit, simulate,
+    ContinuationOptions, Fourier, Harmonic, Heading, LinearSystem, Motion, Parameter,
+    PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind, Stop, branches,
+    continuation_of, find_orbit, simulate,
 };
 
 const RANGE: (f64, f64) = (0.2, 6.0);

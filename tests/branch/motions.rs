@@ -4,9 +4,9 @@ use crate::scenes::{USUAL, followed};
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, EndReason, Harmonic, Heading, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop, StopNumber,
-    continuation_of, find_orbit, paper_scene, periodic_orbits, simulate,
+    Branch, ContinuationOptions, EndReason, Harmonic, Heading, ImpactSide, Kind, LinearSystem,
+    Motion, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Side, SimulateOptions, Stop,
+    StopNumber, continuation_of, find_orbit, paper_scene, periodic_orbits, simulate,
 };
 
 /// Orbits on which small deviations do not grow by more than this in a period are retraced.
@@ -32,7 +32,9 @@ pub fn check_retraced(branch: &Branch, tolerance: f64) {
         );
         let run = run.expect("a run");
         let (q, v) = run.last();
-        let (p, u) = orbit.state(1.4 * orbit.period(), false);
+        let (p, u) = orbit
+            .state(1.4 * orbit.period(), ImpactSide::After)
+            .expect("a time");
         let size = u.amax().max(p.amax()).max(1e-6);
         let off = (q - p).amax().max((v - u).amax()) / size;
         assert!(off < tolerance, "{k} at {}: {off:e}", branch.parameter[k]);

@@ -4,9 +4,9 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, Branch, ContinuationOptions, CurveOf, Harmonic, LinearSystem, OrbitOptions,
-    Parameter, Pattern, PendulumChain, Scene, SimulateOptions, Special, SpecialKind, Stop, Virtual,
-    Wall, WallSide, bifurcation_curve, find_orbit, periodic_orbits, simulate,
+    BaseMotion, Branch, ContinuationOptions, CurveOf, Harmonic, ImpactSide, LinearSystem, Motion,
+    OrbitOptions, Parameter, Pattern, PendulumChain, Scene, SimulateOptions, Special, SpecialKind,
+    Stop, Virtual, Wall, WallSide, bifurcation_curve, find_orbit, periodic_orbits, simulate,
 };
 
 fn keep() -> ContinuationOptions {
@@ -236,7 +236,7 @@ fn boundaries_are_named() {
     };
     let (time, period) = (graze.time.expect("a time"), graze.orbit.period());
     assert!(time > 0.1 * period && time < 0.9 * period, "{time}");
-    let (q, v) = graze.orbit.state(time, false);
+    let (q, v) = graze.orbit.state(time, ImpactSide::After).expect("a time");
     assert!((q[0] + 0.5).abs() < 1e-8 && v[0].abs() < 1e-4, "{q} {v}");
 }
 

@@ -4,9 +4,9 @@ use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, beside_a_doubling, followed, pressed, settled};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Branch, Candidate, ContinuationOptions, Harmonic, Heading, LinearSystem, OrbitOptions,
-    Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special, SpecialKind,
-    Stop, Virtual, branches, continuation_of, find_orbit, periodic_orbits, simulate,
+    Branch, Candidate, ContinuationOptions, Harmonic, Heading, ImpactSide, LinearSystem, Motion,
+    OrbitOptions, Parameter, Pattern, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Special,
+    SpecialKind, Stop, Virtual, branches, continuation_of, find_orbit, periodic_orbits, simulate,
 };
 
 fn one_of(branch: &Branch, kind: SpecialKind) -> &Special {
@@ -295,7 +295,12 @@ fn behind_a_rise_the_stop_is_left_and_landed_on_again() {
         );
         let run = run.expect("a run");
         let (_, v) = run.last();
-        let off = (v - other.orbit.state(other.orbit.period(), false).1).amax();
+        let off = (v - other
+            .orbit
+            .state(other.orbit.period(), ImpactSide::After)
+            .expect("a time")
+            .1)
+            .amax();
         assert!(off < 1e-9, "{off:e}");
         // The branch goes on, and comes back to the rise from behind.
         let next = continuation_of(&other.orbit, &make, other.parameter, (0.5, 1.2), &options);

@@ -5,8 +5,8 @@ use crate::scenes::followed;
 use std::f64::consts::PI;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
-    Branch, ContinuationOptions, EndReason, EquationsOfMotion, Harmonic, LinearSystem,
-    NonlinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, Side,
+    Branch, ContinuationOptions, EndReason, EquationsOfMotion, Harmonic, ImpactSide, LinearSystem,
+    Motion, NonlinearSystem, OrbitOptions, Parameter, Pattern, PeriodicOrbit, Result, Scene, Side,
     SimulateOptions, Special, SpecialKind, Stop, Virtual, branches, find_orbit, periodic_orbits,
     simulate,
 };
@@ -103,8 +103,10 @@ fn symmetry_breaks_where_the_half_map_says() {
     }
     // All of its orbits are their own mirror images, to rounding.
     for orbit in &branch.orbits {
-        let (q, v) = orbit.state(0.1, false);
-        let (p, u) = orbit.state(0.1 + 0.5 * orbit.period(), false);
+        let (q, v) = orbit.state(0.1, ImpactSide::After).expect("a time");
+        let (p, u) = orbit
+            .state(0.1 + 0.5 * orbit.period(), ImpactSide::After)
+            .expect("a time");
         assert!((q + p).amax() < 1e-12 && (v + u).amax() < 1e-12);
     }
 }
@@ -122,7 +124,7 @@ fn check_motion(orbit: &PeriodicOrbit) {
     );
     let run = run.expect("a run");
     let (q, v) = run.last();
-    let (p, u) = orbit.state(end, false);
+    let (p, u) = orbit.state(end, ImpactSide::After).expect("a time");
     assert!((q - p).amax() < 1e-8 && (v - u).amax() < 1e-8);
 }
 
@@ -406,7 +408,7 @@ fn a_motion_that_reaches_a_spring_on_one_side_is_not_its_own_image_any_more() {
             let [far, back] = [1.0, -1.0].map(|side| {
                 let times = (0..400).map(|k| orbit.period() * f64::from(k) / 400.0);
                 times
-                    .map(|t| side * orbit.state(t, false).0[0])
+                    .map(|t| side * orbit.state(t, ImpactSide::After).expect("a time").0[0])
                     .fold(0.0, f64::max)
             });
             // A stiff spring folds the branch behind the touch: what reaches it tells what an orbit is, not the force.

@@ -3,9 +3,9 @@
 use crate::scenes::followed;
 use vibroimpact::nalgebra::{dmatrix, dvector};
 use vibroimpact::{
-    BaseMotion, Constraint, ContinuationOptions, Guess, Harmonic, Heading, LinearSystem, Parameter,
-    PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, Stop, Virtual,
-    Wall, WallSide, find_orbit, simulate,
+    BaseMotion, Constraint, ContinuationOptions, Guess, Harmonic, Heading, ImpactSide,
+    LinearSystem, Motion, Parameter, PendulumChain, PeriodicOrbit, Scene, SegmentKind,
+    SimulateOptions, SpecialKind, Stop, Virtual, Wall, WallSide, find_orbit, simulate,
 };
 
 #[test]
@@ -34,7 +34,8 @@ fn a_stop_that_is_passed_behind_a_release_is_seen() {
     let mut passed = 0;
     for (orbit, value) in branch.orbits.iter().zip(&branch.parameter) {
         let each = (0..4000).map(|k| orbit.period() * f64::from(k) / 4000.0);
-        let gaps = each.map(|t| clearance - orbit.state(t, false).0[0]);
+        let gaps =
+            each.map(|t| clearance - orbit.state(t, ImpactSide::After).expect("a time").0[0]);
         let least = gaps.fold(f64::INFINITY, f64::min);
         if least < -1e-9 {
             assert_eq!(orbit.is_admissible(), Some(false), "{value}: {least}");
@@ -46,8 +47,14 @@ fn a_stop_that_is_passed_behind_a_release_is_seen() {
 
 /// The least gap of a stop at so many times of a period.
 fn least_gap(orbit: &PeriodicOrbit, stop: usize, count: u32) -> f64 {
-    let states =
-        (0..count).map(|k| orbit.state(orbit.period() * f64::from(k) / f64::from(count), false));
+    let states = (0..count).map(|k| {
+        orbit
+            .state(
+                orbit.period() * f64::from(k) / f64::from(count),
+                ImpactSide::After,
+            )
+            .expect("a time")
+    });
     let gaps = states.map(|(q, _)| orbit.scene().gaps(&q).expect("gaps")[stop]);
     gaps.fold(f64::INFINITY, f64::min)
 }
@@ -176,7 +183,7 @@ fn behind_an_impact_that_takes_all_speed_the_acceleration_decides() {
             .find(|own| own.stop == 0)
             .expect("it")
             .time;
-        let q = orbit.state(landing, false).0[0];
+        let q = orbit.state(landing, ImpactSide::After).expect("a time").0[0];
         let angle = FREQUENCY * landing + orbit.phase();
         let shaken = SHAKE * scale * FREQUENCY.powi(2) * angle.cos();
         shaken * q.cos() - 9.81 * q.sin()

@@ -2,7 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::Complex;
-use vibroimpact::{OrbitDerivatives, PeriodicOrbit, Result, Scene, SegmentKind, find_orbit};
+use vibroimpact::{
+    Motion, OrbitDerivatives, PeriodicOrbit, Result, Scene, SegmentKind, find_orbit,
+};
 
 /// The attributes of an orbit that are differentiated, each a list.
 #[derive(Debug, Clone)]

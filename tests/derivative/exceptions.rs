@@ -3,7 +3,7 @@
 use crate::scenes::{harmonic, linear, periods, scene, shaken_ball, unit_mass, upper};
 use vibroimpact::nalgebra::{DVector, dvector};
 use vibroimpact::{
-    Branch, Change, ContinuationOptions, Error, OrbitDerivatives, Parameter, Pattern,
+    Branch, Change, ContinuationOptions, Error, Motion, OrbitDerivatives, Parameter, Pattern,
     PeriodicOrbit, Scene, SegmentKind, SimulateOptions, SpecialKind, StopNumber, continuation,
     derivatives, derivatives_of, find_orbit, periodic_orbits, simulate,
 };

@@ -5,7 +5,7 @@ use crate::scenes::{linear, loaded, oscillator, scene, upper};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Forcing, Harmonic, Load, NonlinearSystem, Parameter, PendulumChain, Scene,
+    BaseMotion, Forcing, Harmonic, Load, Motion, NonlinearSystem, Parameter, PendulumChain, Scene,
     SegmentKind, Signal, SimulateOptions, Solver, StopMotion, System, Trajectory, Wall, WallSide,
     derivatives_of_run, simulate,
 };

@@ -6,8 +6,8 @@ use crate::scenes::{harmonic, linear, loaded, scene, upper};
 use nalgebra::{DMatrix, DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Harmonic, Parameter, Reaction, Scene, SegmentKind, SimulateOptions, StopMotion, derivatives,
-    find_orbit, simulate,
+    Harmonic, Motion, Parameter, Reaction, Scene, SegmentKind, SimulateOptions, StopMotion,
+    derivatives, find_orbit, simulate,
 };
 
 const SEED: u64 = 57;

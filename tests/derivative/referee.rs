@@ -8,8 +8,9 @@ use crate::soak;
 use crate::twin::{Course, Happening, Twin};
 use nalgebra::{Complex, DVector, dvector};
 use vibroimpact::{
-    Constraint, Forcing, Harmonic, LinearSystem, Load, NonlinearSystem, Parameter, Scene, Signal,
-    SimulateOptions, Solver, Stop, StopMotion, StopNumber, System, derivatives_of_run, simulate,
+    Constraint, Forcing, Harmonic, LinearSystem, Load, Motion, NonlinearSystem, Parameter, Scene,
+    Signal, SimulateOptions, Solver, Stop, StopMotion, StopNumber, System, derivatives_of_run,
+    simulate,
 };
 
 const SEED: u64 = 57;

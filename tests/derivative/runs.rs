@@ -7,7 +7,7 @@ use crate::scenes::{
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Parameter, PendulumChain, Ramp,
+    Constraint, Forcing, Harmonic, ImpactSide, Keep, Load, Motion, Parameter, PendulumChain, Ramp,
     RampProfile, Scene, SegmentKind, Signal, SimulateOptions, Solver, StopMotion, StopNumber,
     Trajectory, Wall, WallSide, derivatives_of_run, simulate,
 };

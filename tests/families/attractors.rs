@@ -4,8 +4,8 @@ use crate::scenes::{between_stops, double_well, grid, oscillator};
 use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, LinearSystem,
-    LyapunovOptions, OrbitOptions, Pattern, Scene, Side, StateBox, Stop, find_attractors,
+    Attraction, AttractorKind, AttractorOptions, Attractors, Harmonic, ImpactSide, LinearSystem,
+    LyapunovOptions, Motion, OrbitOptions, Pattern, Scene, Side, StateBox, Stop, find_attractors,
     lyapunov_exponents, periodic_orbits,
 };
 
@@ -98,9 +98,11 @@ fn each_well_has_its_orbit() {
     );
     // Half a period later and mirrored, one is the other.
     let [a, b] = [0, 1].map(|k| found.all[k].orbit.as_ref().expect("an orbit"));
-    let (q, v) = a.state(0.5 * a.period(), false);
+    let (q, v) = a
+        .state(0.5 * a.period(), ImpactSide::After)
+        .expect("a time");
     let late = (a.phase() - b.phase()).rem_euclid(TAU);
-    let (p, u) = b.state(late, false);
+    let (p, u) = b.state(late, ImpactSide::After).expect("a time");
     assert!((q + p).amax() < 1e-8 && (v + u).amax() < 1e-8);
 }
 

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use vibroimpact::nalgebra::{DMatrix, dmatrix, dvector};
 use vibroimpact::{
     Attractor, AttractorKind, AttractorOptions, BasinCells, BasinOptions, Harmonic, Kind, Label,
-    LinearSystem, Method, PaperOptions, Scene, SimulateOptions, StateBox, Stop, SweepOptions,
-    basin_cells, find_attractors, paper_scene, simulate,
+    LinearSystem, Method, Motion, PaperOptions, Scene, SimulateOptions, StateBox, Stop,
+    SweepOptions, basin_cells, find_attractors, paper_scene, simulate,
 };
 
 fn attractors(

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
     Axis, BifurcationDiagram, DiagramOptions, Direction, Forcing, Harmonic, Kind, LinearSystem,
-    Method, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, Side, SimulateOptions,
-    Status, Stop, SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits, poincare_points,
-    simulate,
+    Method, Motion, OrbitOptions, PaperOptions, Parameter, Pattern, Scene, Section, Side,
+    SimulateOptions, Status, Stop, SweepOptions, bifurcation_diagram, paper_scene, periodic_orbits,
+    poincare_points, simulate,
 };
 
 fn diagram(

@@ -4,10 +4,10 @@ use crate::scenes::oscillator;
 use std::f64::consts::{PI, TAU};
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Attraction, Forcing, Harmonic, Kind, LinearSystem, LyapunovExponents, LyapunovOptions, Method,
-    OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit, Scene, Side, SimulateOptions,
-    Status, Stop, StopMotion, find_orbit, lyapunov_exponents, nalgebra, paper_scene,
-    periodic_orbits, simulate,
+    Attraction, Forcing, Harmonic, ImpactSide, Kind, LinearSystem, LyapunovExponents,
+    LyapunovOptions, Method, Motion, OrbitOptions, PaperOptions, Parameter, Pattern, PeriodicOrbit,
+    Scene, Side, SimulateOptions, Status, Stop, StopMotion, find_orbit, lyapunov_exponents,
+    nalgebra, paper_scene, periodic_orbits, simulate,
 };
 
 fn exponents(
@@ -152,7 +152,9 @@ fn check_orbit_that_sticks(orbit: &PeriodicOrbit) -> LyapunovExponents {
         skip: 40.0 * period,
         ..LyapunovOptions::default()
     };
-    let (q, v) = orbit.state(0.7 * period, false);
+    let (q, v) = orbit
+        .state(0.7 * period, ImpactSide::After)
+        .expect("a time");
     let scene = orbit
         .scene()
         .replace(Parameter::Phase.change(orbit.phase() + 0.7 * TAU));

@@ -4,9 +4,9 @@ use crate::scenes::{harmonic, linear, loaded, lower, scene, shaken_ball};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Error, Harmonic, Keep, Parameter, PeriodicOrbit, Reaction, Scene,
-    SegmentKind, SimulateOptions, Solver, Trajectory, Wall, WallSide, find_orbit, nalgebra,
-    simulate,
+    BaseMotion, DoublePendulum, Error, Harmonic, ImpactSide, Keep, Motion, Parameter,
+    PeriodicOrbit, Reaction, Scene, SegmentKind, SimulateOptions, Solver, Trajectory, Wall,
+    WallSide, find_orbit, nalgebra, simulate,
 };
 
 /// Two masses, the first above a floor and shaken, coupled by inertia and by a spring.
@@ -155,7 +155,7 @@ fn return_map(orbit: &PeriodicOrbit) -> (f64, Vec<f64>) {
         .max_by(|a, b| (a.end - a.start).total_cmp(&(b.end - b.start)))
         .expect("a flight");
     let middle = 0.5 * (longest.start + longest.end);
-    let (q, v) = orbit.state(middle, false);
+    let (q, v) = orbit.state(middle, ImpactSide::After).expect("a time");
     let n = q.len();
     let x = DVector::from_iterator(2 * n, q.iter().chain(v.iter()).copied());
     let open = (returned(orbit, middle, &x) - &x).amax() / x.amax();
@@ -213,7 +213,7 @@ fn keeps_the_laws(orbit: &PeriodicOrbit, label: &str) {
             .expect("kept")
             .0;
         assert!(
-            (q - orbit.state(t, false).0).amax() < 2e-11,
+            (q - orbit.state(t, ImpactSide::After).expect("a time").0).amax() < 2e-11,
             "{label} at {t}"
         );
     }
@@ -272,7 +272,10 @@ fn an_orbit_is_followed_and_restored() {
         assert_eq!(again.segments(), followed.segments());
         for k in 0..100 {
             let t = f64::from(k) * 0.01 * followed.period();
-            assert_eq!(again.state(t, false), followed.state(t, false));
+            assert_eq!(
+                again.state(t, ImpactSide::After).expect("a time"),
+                followed.state(t, ImpactSide::After).expect("a time")
+            );
         }
     }
 }
@@ -286,7 +289,14 @@ fn a_stop_held_for_good_leaves_the_motion_of_the_rest() {
     let run = settled(&scene, dvector![0.3, 0.1], 100.0);
     let orbit = find_orbit(&scene, &run, None).expect("found");
     assert!(orbit.is_admissible() == Some(true) && orbit.impacts().is_empty());
-    assert!(orbit.state(1.0, false).0.amax() < 1e-12);
+    assert!(
+        orbit
+            .state(1.0, ImpactSide::After)
+            .expect("a time")
+            .0
+            .amax()
+            < 1e-12
+    );
     // y'' + 0.2 y' + 3 y = 0 over one period: |multiplier| = exp(-0.1 T).
     let multipliers = &orbit.stability().expect("computed").orders[0].multipliers;
     let wanted = (-0.1 * TAU).exp();

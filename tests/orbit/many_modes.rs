@@ -4,8 +4,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Reaction, Scene, Stop,
-    periodic_orbits, recovery_matrix,
+    Harmonic, ImpactSide, LinearSystem, Motion, OrbitOptions, Pattern, PeriodicOrbit, Reaction,
+    Scene, Stop, periodic_orbits, recovery_matrix,
 };
 
 const N: usize = 200;
@@ -165,7 +165,11 @@ fn three_stops_at_one_instant_are_solved_as_the_dense_system_says() {
             let (orbit, exact) = (solved(&scene, n_periods), dense(&scene, n_periods));
             close(&orbit.q0(), &exact.q, label);
             close(&orbit.v0(), &exact.after, label);
-            close(&orbit.state(0.0, true).1, &exact.before, label);
+            close(
+                &orbit.state(0.0, ImpactSide::Before).expect("a time").1,
+                &exact.before,
+                label,
+            );
             let speeds = |v: &DVector<f64>| DVector::from_fn(3, |i, _| normals[i].dot(v));
             let impacts = orbit.impacts();
             let listed = |f: &dyn Fn(usize) -> f64| DVector::from_fn(3, |i, _| f(i));

@@ -4,8 +4,8 @@ use crate::scenes::{oscillator, upper};
 use nalgebra::dvector;
 use std::f64::consts::PI;
 use vibroimpact::{
-    Forcing, FreeParameter, Harmonic, Kind, OrbitOptions, Orbits, PaperOptions, Pattern,
-    PeriodicOrbit, Side, Stop, paper_scene, periodic_orbits,
+    Forcing, FreeParameter, Harmonic, ImpactSide, Kind, Motion, OrbitOptions, Orbits, PaperOptions,
+    Pattern, PeriodicOrbit, Side, Stop, paper_scene, periodic_orbits,
 };
 
 /// The orbits with one impact in a forcing period of a unit mass on a unit spring that hits the first stop.
@@ -71,8 +71,10 @@ fn speeds_after_impacts_obey_their_law_at_every_instant() {
         assert!(!found.is_empty());
         for orbit in found.iter() {
             for impact in orbit.impacts() {
-                let (_, after) = orbit.state(impact.time, false);
-                let (_, before) = orbit.state(impact.time, true);
+                let (_, after) = orbit.state(impact.time, ImpactSide::After).expect("a time");
+                let (_, before) = orbit
+                    .state(impact.time, ImpactSide::Before)
+                    .expect("a time");
                 let e = impact.departure / impact.approach;
                 let left = after[impact.stop] + e * before[impact.stop];
                 assert!(left.abs() <= 4.0 * f64::EPSILON * impact.approach.abs());
@@ -94,7 +96,9 @@ fn a_stop_that_is_passed_or_touched_is_so_where_the_motion_turns_back() {
     };
     let passed = smallest(&below(0.1));
     let violation = passed.violation().expect("passed").clone();
-    let (q, v) = passed.state(violation.time, false);
+    let (q, v) = passed
+        .state(violation.time, ImpactSide::After)
+        .expect("a time");
     assert!(v[0].abs() < 2e-15, "{:e}", v[0]);
     // A few roundings of a motion of size 1.
     let left = q[0] + 0.1 + violation.depth;

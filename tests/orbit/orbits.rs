@@ -6,9 +6,9 @@ use crate::scenes::{harmonic, loaded, oscillator, periods, scene, unit_mass, upp
 use nalgebra::{Complex, DMatrix, DVector, dvector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, OrbitOptions,
-    PaperOptions, Parameter, Pattern, Reaction, Scene, Side, SimulateOptions, Stop, Verdict,
-    first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
+    BaseMotion, Change, FreeParameter, Harmonic, ImpactSide, Kind, LinearSystem, Motion,
+    OrbitOptions, PaperOptions, Parameter, Pattern, Reaction, Scene, Side, SimulateOptions, Stop,
+    Verdict, first_kind_coefficients, modes, paper_scene, paper_system, periodic_orbits, simulate,
 };
 
 fn kind(kind: Kind, damping: f64) -> Scene {
@@ -211,7 +211,7 @@ fn an_orbit_closes_and_its_coefficients_draw_it() {
     let c = orbit.coefficients().expect("real modes");
     for i in 0..20 {
         let t = orbit.period() * f64::from(i) / 20.0;
-        let (q, _) = orbit.state(t, false);
+        let (q, _) = orbit.state(t, ImpactSide::After).expect("a time");
         let y = DVector::from_fn(2, |j, _| {
             let w = modes.natural_frequencies[j];
             let eta = modes.damping_ratios[j] * w;
@@ -221,10 +221,15 @@ fn an_orbit_closes_and_its_coefficients_draw_it() {
                 + c.cosine[j] * (1.5 * t).cos()
         });
         assert!((modes.shapes.map(|z| z.re) * y - &q).amax() < 1e-13);
-        let (shifted, _) = orbit.state(t - 3.0 * orbit.period(), false);
+        let (shifted, _) = orbit
+            .state(t - 3.0 * orbit.period(), ImpactSide::After)
+            .expect("a time");
         assert!((shifted - q).amax() < 1e-12);
     }
-    let ((q, before), v) = (orbit.state(0.0, true), orbit.v0());
+    let ((q, before), v) = (
+        orbit.state(0.0, ImpactSide::Before).expect("a time"),
+        orbit.v0(),
+    );
     assert!((q[1] - 0.15).abs() < 1e-13 && (v[1] + 0.9 * before[1]).abs() < 1e-13);
     assert!((orbit.impacts()[0].approach - before[1]).abs() < 1e-13);
 }
@@ -364,7 +369,9 @@ fn resonance_without_damping_has_no_steady_response_but_an_impact_orbit() {
     let orbits = periodic_orbits(&scene, &Pattern::single(0), &periods(1)).expect("solved");
     // Energy gained in a period at resonance is lost at the impact; the orbit must close under exact flights.
     for orbit in orbits.iter() {
-        let (q, v) = orbit.state(orbit.period(), true);
+        let (q, v) = orbit
+            .state(orbit.period(), ImpactSide::Before)
+            .expect("a time");
         assert!((q[0] - 0.5).abs() < 1e-12);
         assert!((orbit.v0()[0] + 0.7 * v[0]).abs() < 1e-12);
         // over one period of resonance the free motion repeats and the forcing adds (f T/(2 w)) (sin, w cos ...)

@@ -6,8 +6,9 @@ use crate::scenes::{harmonic, linear, scene, upper};
 use nalgebra::{DMatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    FreeParameter, Harmonic, Keep, LinearSystem, Method, OrbitOptions, Pattern, PeriodicOrbit,
-    Reaction, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits, simulate,
+    FreeParameter, Harmonic, ImpactSide, Keep, LinearSystem, Method, Motion, OrbitOptions, Pattern,
+    PeriodicOrbit, Reaction, Side, SimulateOptions, Status, Stop, Verdict, periodic_orbits,
+    simulate,
 };
 
 const PERIODS: usize = 1000;
@@ -78,7 +79,9 @@ fn drift(orbit: &PeriodicOrbit, label: &str) -> f64 {
             worst = worst.max(found);
         }
     }
-    let (q, v) = orbit.state(0.5 * first_flight, false);
+    let (q, v) = orbit
+        .state(0.5 * first_flight, ImpactSide::After)
+        .expect("a time");
     worst
         .max((run.last().0 - q).amax())
         .max((run.last().1 - v).amax())

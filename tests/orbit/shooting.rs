@@ -4,15 +4,16 @@ use crate::scenes::{harmonic, lower, oscillator, periods, run, scene, upper};
 use nalgebra::{DVector, dmatrix, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    BaseMotion, Change, Error, Forcing, Guess, Keep, Kind, OrbitOptions, PaperOptions, Parameter,
-    Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind, SimulateOptions, Solver, Stop,
-    StopNumber, find_orbit, find_orbit_in_order, nalgebra, paper_scene, periodic_orbits, simulate,
+    BaseMotion, Change, Error, Forcing, Guess, ImpactSide, Keep, Kind, Motion, OrbitOptions,
+    PaperOptions, Parameter, Pattern, PendulumChain, PeriodicOrbit, Scene, SegmentKind,
+    SimulateOptions, Solver, Stop, StopNumber, find_orbit, find_orbit_in_order, nalgebra,
+    paper_scene, periodic_orbits, simulate,
 };
 
 /// How far a simulation from a point of the orbit between two impacts is from it a period later, relative to its size.
 fn opening(orbit: &PeriodicOrbit) -> f64 {
     let start = orbit.impacts().get(1).map_or(orbit.period(), |i| i.time) / 2.0;
-    let (q0, v0) = orbit.state(start, false);
+    let (q0, v0) = orbit.state(start, ImpactSide::After).expect("a time");
     let keep = SimulateOptions {
         solver: Solver {
             rtol: 1e-12,
@@ -152,7 +153,7 @@ fn many_instants_close_and_are_retraced() {
             opening(&orbit)
         );
         for impact in orbit.impacts() {
-            let (q, _) = orbit.state(impact.time, false);
+            let (q, _) = orbit.state(impact.time, ImpactSide::After).expect("a time");
             assert!((q[0] - 0.1).abs() < 1e-13);
             assert!((impact.departure - 0.6 * impact.approach).abs() < 1e-13);
         }
@@ -244,7 +245,7 @@ fn motions_without_impacts_are_the_steady_response() {
     let q = |t: f64| (y * nalgebra::Complex::from_polar(1.0, 0.7 * t + orbit.phase())).re;
     for k in 0..10 {
         let t = f64::from(k);
-        assert!((orbit.state(t, false).0[0] - q(t)).abs() < 1e-13);
+        assert!((orbit.state(t, ImpactSide::After).expect("a time").0[0] - q(t)).abs() < 1e-13);
     }
     assert!((orbit.phase() - (0.7 * 50.0f64).rem_euclid(TAU)).abs() < 1e-12);
 }
@@ -306,7 +307,7 @@ fn the_stops_of_a_pattern_alone_are_looked_at() {
     let three = [two, vec![upper(0, 0.1, 0.5)]].concat();
     let scene = oscillator(0.1, harmonic(&[1.0], 1.4, 0.0), three);
     let t = known.period() - 0.05;
-    let (q, v) = known.state(t, false);
+    let (q, v) = known.state(t, ImpactSide::After).expect("a time");
     let (q, v) = (q * 1.001, v * 0.999);
     let phase = Parameter::Phase.change(known.phase() + 1.4 * t);
     let turned = scene.replace(phase).expect("valid");
@@ -357,7 +358,12 @@ fn the_stops_of_a_pattern_alone_are_looked_at() {
 
 /// How far a motion that hits nothing is from coming back.
 fn opening_of_steady(orbit: &PeriodicOrbit) -> f64 {
-    let (first, last) = (orbit.state(0.0, false), orbit.state(orbit.period(), false));
+    let (first, last) = (
+        orbit.state(0.0, ImpactSide::After).expect("a time"),
+        orbit
+            .state(orbit.period(), ImpactSide::After)
+            .expect("a time"),
+    );
     (first.0 - last.0).amax().max((first.1 - last.1).amax())
 }
 
@@ -421,7 +427,7 @@ fn multipliers_of_large_angles_are_those_of_the_simulated_return_map() {
         let (q, v) = run.last();
         DVector::from_iterator(4, q.iter().chain(v.iter()).copied())
     };
-    let (q, v) = orbit.state(start, false);
+    let (q, v) = orbit.state(start, ImpactSide::After).expect("a time");
     let x = DVector::from_iterator(4, q.iter().chain(v.iter()).copied());
     let columns: Vec<_> = (0..4)
         .map(|i| {
@@ -459,7 +465,7 @@ fn a_pendulum_against_a_wall_is_followed_from_its_trajectory() {
     assert!(orbit.is_admissible() == Some(true) && opening(&orbit) < 1e-8);
     assert_eq!(orbit.stability().expect("computed").is_stable, Some(true));
     for impact in orbit.impacts() {
-        let (q, _) = orbit.state(impact.time, false);
+        let (q, _) = orbit.state(impact.time, ImpactSide::After).expect("a time");
         assert!((q[0].sin() + 0.5 * q[1].sin() - 0.3).abs() < 1e-12);
         assert!((impact.departure - 0.7 * impact.approach).abs() < 1e-11);
     }
@@ -488,7 +494,10 @@ fn a_motion_of_one_period_is_not_found_as_one_of_two() {
             continue;
         };
         let one = orbit.period() / orbit.n_periods() as f64;
-        let (now, later) = (orbit.state(0.3, false), orbit.state(0.3 + one, false));
+        let (now, later) = (
+            orbit.state(0.3, ImpactSide::After).expect("a time"),
+            orbit.state(0.3 + one, ImpactSide::After).expect("a time"),
+        );
         let off = (now.0 - later.0).amax().max((now.1 - later.1).amax());
         assert!(orbit.n_periods() == 1 || off > 1e-6, "{periods}: {off:e}");
         found += 1;

@@ -6,7 +6,7 @@ use crate::scenes::{
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::PI;
 use vibroimpact::{
-    DoublePendulum, Forcing, Harmonic, Method, Reaction, Scene, Segment, SegmentKind, Side,
+    DoublePendulum, Forcing, Harmonic, Method, Motion, Reaction, Scene, Segment, SegmentKind, Side,
     SimulateOptions, Solver, Status, Trajectory, Wall, WallSide, nalgebra, simulate,
 };
 

@@ -3,8 +3,8 @@
 use crate::scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scene, upper, with};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Forcing, Keep, Kind, Method, PaperOptions, Scene, SegmentKind, Side, SimulateOptions, Solver,
-    Status, Stop, SweepOptions, paper_scene, simulate, simulate_many,
+    Forcing, Keep, Kind, Method, Motion, PaperOptions, Scene, SegmentKind, Side, SimulateOptions,
+    Solver, Status, Stop, SweepOptions, paper_scene, simulate, simulate_many,
 };
 
 /// A column of beads in contact above a floor, heights q, under unit gravity.

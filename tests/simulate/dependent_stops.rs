@@ -4,7 +4,8 @@
 use crate::scenes::{BOTH, harmonic, linear, loaded, lower, scene, unit_mass, upper, with};
 use nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, Method, Reaction, Scene, Status, Stop, Trajectory, nalgebra,
+    Forcing, Harmonic, ImpactSide, Method, Motion, Reaction, Scene, Status, Stop, Trajectory,
+    nalgebra,
 };
 
 fn run(scene: &Scene, q0: &[f64], v0: &[f64], end: f64, method: Method) -> Trajectory {

@@ -4,8 +4,8 @@ use crate::scenes::{BOTH, harmonic, linear, loaded, lower, oscillator, run, scen
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
     BaseMotion, Change, DoublePendulum, Energy, EquationsOfMotion, Forcing, Harmonic, Method,
-    NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, SimulateOptions, Solver,
-    Stop, Wall, WallSide, simulate,
+    Motion, NonlinearSystem, PendulumChain, Reaction, Result, Scene, SegmentKind, SimulateOptions,
+    Solver, Stop, Wall, WallSide, simulate,
 };
 
 const RTOL: f64 = 1e-9;

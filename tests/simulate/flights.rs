@@ -4,9 +4,9 @@ use crate::scenes::{ball, harmonic, linear, loaded, oscillator, run, scene, unit
 use nalgebra::{DVector, dvector};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    Forcing, FreeParameter, ImpactSide, Keep, Kind, OrbitOptions, PaperOptions, Parameter, Pattern,
-    Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene, periodic_orbits,
-    simulate,
+    Forcing, FreeParameter, ImpactSide, Keep, Kind, Motion, OrbitOptions, PaperOptions, Parameter,
+    Pattern, Scene, SegmentKind, SimulateOptions, Solver, Status, Stop, paper_scene,
+    periodic_orbits, simulate,
 };
 
 #[test]
@@ -66,7 +66,15 @@ fn stable_admissible_orbits_are_retraced_for_a_thousand_periods() {
             &options,
         )
         .expect("runs");
-        assert!((middle.last().0 - orbit.state(0.5 * orbit.period(), false).0).amax() < 1e-9);
+        assert!(
+            (middle.last().0
+                - orbit
+                    .state(0.5 * orbit.period(), ImpactSide::After)
+                    .expect("a time")
+                    .0)
+                .amax()
+                < 1e-9
+        );
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::random::{Cases, Random};
 use nalgebra::{Cholesky, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Release, ResolvedImpacts, Scene,
+    Forcing, Harmonic, ImpactSide, LinearSystem, Method, Motion, Release, ResolvedImpacts, Scene,
     SimulateOptions, Stop, StopMotion, contact_forces, resolve_impacts, simulate,
 };
 

@@ -5,8 +5,8 @@ use crate::scenes::{BOTH, linear, loaded, lower, scene, unit_mass, upper, with};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use std::f64::consts::{FRAC_PI_2, PI};
 use vibroimpact::{
-    Forcing, Harmonic, ImpactSide, Method, Reaction, Scene, SegmentKind, Side, Status, Stop,
-    Trajectory, nalgebra, simulate,
+    Forcing, Harmonic, ImpactSide, Method, Motion, Reaction, Scene, SegmentKind, Side, Status,
+    Stop, Trajectory, nalgebra, simulate,
 };
 
 fn run(

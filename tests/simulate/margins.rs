@@ -5,9 +5,9 @@ use crate::random::{Cases, Random};
 use crate::scenes::{linear, oscillator, run, scene, upper, with};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix, dvector};
 use vibroimpact::{
-    BaseMotion, Forcing, Harmonic, Impact, LinearSystem, Load, Method, OrbitOptions, Pattern,
-    Scene, SegmentKind, Side, Signal, SimulateOptions, Solver, Stop, StopMotion, Trajectory,
-    periodic_orbits, simulate,
+    BaseMotion, Forcing, Harmonic, Impact, ImpactSide, LinearSystem, Load, Method, Motion,
+    OrbitOptions, Pattern, Scene, SegmentKind, Side, Signal, SimulateOptions, Solver, Stop,
+    StopMotion, Trajectory, periodic_orbits, simulate,
 };
 
 /// An oscillator of frequency and amplitude 1 from the middle, `q = sin t`, and a stop below its peak by a depth.
@@ -196,7 +196,9 @@ fn a_flight_whose_last_step_rounds_short_is_not_searched_beyond_its_end() {
         let found = found.expect("a search");
         for orbit in found.iter() {
             let passes = (0..=400).any(|part| {
-                let (q, _) = orbit.state(orbit.period() * f64::from(part) / 400.0, false);
+                let (q, _) = orbit
+                    .state(orbit.period() * f64::from(part) / 400.0, ImpactSide::After)
+                    .expect("a time");
                 q[0] > 0.92 + 1e-9 || q[0] < -1.07 - 1e-9
             });
             assert_eq!(orbit.is_admissible(), Some(!passes), "{k}");

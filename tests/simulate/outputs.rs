@@ -3,7 +3,8 @@
 use crate::scenes::{BOTH, ball, loaded, lower, run, scene, shaken_ball, unit_mass, with};
 use nalgebra::dvector;
 use vibroimpact::{
-    Forcing, ImpactSide, Keep, Method, PeriodicOrbit, SegmentKind, SimulateOptions, find_orbit,
+    Forcing, ImpactSide, Keep, Method, Motion, PeriodicOrbit, SegmentKind, SimulateOptions,
+    find_orbit,
 };
 
 const AFTER: ImpactSide = ImpactSide::After;
@@ -84,13 +85,13 @@ fn an_orbit_is_measured_at_any_time() {
         let held = segments.iter().find(|s| s.kind == SegmentKind::Stick);
         let middle = held.map(|s| 0.5 * (s.start + s.end)).expect("held");
         for t in [middle, middle - 4.0 * period] {
-            let force = orbit.contact_force(0, &[t]).expect("linear")[0];
+            let force = orbit.contact_force(0, Some(&[t])).expect("linear")[0];
             assert!((force - 1.0 + 1.3 * (t + phase).cos()).abs() < 1e-9);
             assert!(orbit.acceleration(t, AFTER).expect("linear")[0].abs() < 1e-13);
-            assert!(orbit.gap(0, &[t]).expect("linear")[0].abs() < 1e-12);
+            assert!(orbit.gap(0, Some(&[t])).expect("linear")[0].abs() < 1e-12);
         }
         let early = 0.5 * segments[0].end;
-        let along = orbit.along(0, &[early], 2, AFTER).expect("linear")[0];
+        let along = orbit.along(0, Some(&[early]), 2, AFTER).expect("linear")[0];
         assert!((along + 1.0 - 1.3 * (early + phase).cos()).abs() < 1e-12);
         let window = Some((-2.5 * period, 1.5 * period));
         let four = orbit.impulse(0, window).expect("linear");
@@ -128,7 +129,10 @@ fn what_is_not_there_is_refused_by_name() {
     says(text(motion.contact_force(0, None)), "keep is");
     assert!(motion.impulse(0, None).is_err() && motion.segments().is_err());
     let orbit = held_orbit(Method::Exact);
-    says(text(orbit.along(0, &[f64::NAN], 0, AFTER)), "t is NaN");
-    says(text(orbit.gap(2, &[0.0])), "stop is 2");
+    says(
+        text(orbit.along(0, Some(&[f64::NAN]), 0, AFTER)),
+        "t is NaN",
+    );
+    says(text(orbit.gap(2, Some(&[0.0]))), "stop is 2");
     assert!(orbit.impulse(0, Some((1.0, 0.0))).is_err());
 }

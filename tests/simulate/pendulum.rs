@@ -3,8 +3,8 @@
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Forcing, ImpactSide, PendulumChain, Scene, SimulateOptions, Solver,
-    Status, Stop, Trajectory, Wall, WallSide, linearise, simulate,
+    BaseMotion, DoublePendulum, Forcing, ImpactSide, Motion, PendulumChain, Scene, SimulateOptions,
+    Solver, Status, Stop, Trajectory, Wall, WallSide, linearise, simulate,
 };
 
 const NO_STOPS: [Stop; 0] = [];

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 use vibroimpact::nalgebra::{DVector, dmatrix, dvector};
 use vibroimpact::{
-    Error, ImpactSide, Keep, LinearSystem, Parameter, Ramp, RampLaw, RampProfile, Scene, Side,
-    SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, with_observer,
+    Error, ImpactSide, Keep, LinearSystem, Motion, Parameter, Ramp, RampLaw, RampProfile, Scene,
+    Side, SimulateOptions, Status, Stop, Trajectory, plan_under, simulate, with_observer,
 };
 use vibroimpact::{Harmonic, Method};
 

@@ -4,7 +4,7 @@
 use crate::scenes::{BOTH, ball, harmonic, oscillator, scene, unit_mass, upper, with};
 use nalgebra::{DVector, dvector};
 use vibroimpact::{
-    BaseMotion, DoublePendulum, Forcing, ImpactSide, Keep, Method, SegmentKind, Side,
+    BaseMotion, DoublePendulum, Forcing, ImpactSide, Keep, Method, Motion, SegmentKind, Side,
     SimulateOptions, Status, Trajectory, Wall, WallSide, simulate,
 };
 

@@ -4,9 +4,9 @@ use crate::random::{Cases, Random};
 use crate::scenes::{harmonic, linear, lower, oscillator, scene, unit_mass, upper};
 use nalgebra::{DMatrix, DVector, dvector};
 use vibroimpact::{
-    Change, Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, Method, PaperOptions,
-    Scene, Side, SimulateOptions, Solver, Status, Stop, StopNumber, Trajectory, paper_scene,
-    simulate,
+    Change, Constraint, Forcing, Harmonic, Impact, ImpactSide, Keep, Kind, Method, Motion,
+    PaperOptions, Scene, Side, SimulateOptions, Solver, Status, Stop, StopNumber, Trajectory,
+    paper_scene, simulate,
 };
 
 /// Every method of steps, the least order that is seen of it over decades of tolerance, and by how many tolerances its error may

@@ -8,8 +8,9 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use vibroimpact::{
     BaseMotion, Constraint, DoublePendulum, Error, Forcing, Harmonic, ImpactSide, Keep, Kind,
-    Method, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions, SweepOptions,
-    Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many, with_observer,
+    Method, Motion, NonlinearStop, PaperOptions, PendulumChain, Scene, Side, SimulateOptions,
+    SweepOptions, Trajectory, Wall, WallSide, paper_scene, plan, simulate, simulate_many,
+    with_observer,
 };
 
 fn taylor(rtol: f64) -> SimulateOptions {

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibroimpact.plot._data import FloatArray, Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._data import FloatArray, Orbit, Trajectory
 from vibroimpact.plot._impacts import impacts_of
-from vibroimpact.plot._sampling import checked_span, not_a_motion, window
+from vibroimpact.plot._sampling import checked_span, window
 from vibroimpact.plot._segments import contacts
 
 SUBSTEPS = 4  # points of the trail in one frame
@@ -57,7 +57,7 @@ def make_film(
     trail: float,
 ) -> Film:
     """Take the frames of a motion, or say which argument is wrong."""
-    start, end = _span(motion, checked_span(t_span))
+    start, end = window(motion, checked_span(t_span))
     fps, trail = _number("fps", fps, least=None), _number("trail", trail, least=0.0)
     speed = None if speed is None else _number("speed", speed, least=None)
     n_frames, step = _frames(end - start, fps, speed, max_frames)
@@ -66,14 +66,6 @@ def make_film(
     path = np.asarray(motion.position(path_t), dtype=float)
     glow = _glow(motion, t, fade=FADE * fps * step, margin=NOT_EARLIER * step)
     return Film(t, path_t, path, glow, round(min(trail * fps, n_frames) * SUBSTEPS) + 1 if trail > 0.0 else 0)
-
-
-def _span(motion: Orbit | Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
-    if is_orbit(motion):
-        return t_span or (0.0, float(motion.period))
-    if is_trajectory(motion):
-        return window(motion, t_span)
-    raise not_a_motion(motion)
 
 
 def _number(name: str, value: float, least: float | None) -> float:

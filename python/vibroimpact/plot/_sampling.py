@@ -73,7 +73,7 @@ def sample(motion: Orbit | Trajectory, direction: Direction, t_span: tuple[float
     if is_orbit(motion):
         if operator.index(points) < 2:
             raise ValueError(f"points must be at least 2, got {points!r}")
-        return _sample_orbit(motion, direction, t_span or (0.0, float(motion.period)), points)
+        return _sample_orbit(motion, direction, window(motion, t_span), points)
     if is_trajectory(motion):
         return _sample_trajectory(motion, direction, t_span)
     raise not_a_motion(motion)
@@ -112,7 +112,7 @@ def poincare_states(
     if is_orbit(motion):
         count = max(1, round(motion.period / forcing_period))
         times = forcing_period * np.arange(count, dtype=float)
-    elif is_trajectory(motion):
+    else:
         start, end = window(motion, t_span)
         if is_swept(motion):
             times = forcing_turns(motion, start, end)
@@ -120,8 +120,6 @@ def poincare_states(
             first = np.ceil(start / forcing_period - SAME_POINT)
             last = np.floor(end / forcing_period + SAME_POINT)
             times = np.clip(forcing_period * np.arange(first, last + 1.0), start, end)
-    else:
-        raise not_a_motion(motion)
     times = _snapped(times, np.unique(motion.impacts["time"]), SAME_POINT * forcing_period)
     try:
         return direction.of(motion.position(times)), direction.of(motion.velocity(times, side="after"))
@@ -274,7 +272,7 @@ def ramps_of(trajectory: object) -> tuple[Any, ...]:
     return ramp if isinstance(ramp, tuple) else () if ramp is None else (ramp,)
 
 
-def is_swept(trajectory: Trajectory) -> TypeGuard[Ramped]:
+def is_swept(trajectory: object) -> TypeGuard[Ramped]:
     """Whether the angle of the forcing goes otherwise than by the scene's own frequency."""
     return any(ramp.parameter in ("frequency", "phase") for ramp in ramps_of(trajectory))
 
@@ -299,9 +297,13 @@ def forcing_turns(trajectory: Ramped, start: float, end: float) -> FloatArray:
     return np.asarray(times)
 
 
-def window(trajectory: Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the part of `t_span` that a trajectory covers."""
-    t = np.asarray(trajectory.t, dtype=float)
+def window(motion: Orbit | Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the times that are drawn: what a trajectory covers, or its part in `t_span`; one period of an orbit, or `t_span`."""
+    if is_orbit(motion):
+        return t_span or (0.0, float(motion.period))
+    if not is_trajectory(motion):
+        raise not_a_motion(motion)
+    t = np.asarray(motion.t, dtype=float)
     if len(t) == 0:
         raise ValueError("trajectory must have rows to draw, got none: simulate with keep='motion' or give t_eval")
     if t_span is None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.plot._data import FloatArray, is_orbit, is_trajectory
+from vibroimpact.plot._data import FloatArray, is_orbit
 from vibroimpact.plot._sampling import (
     MAX_ROWS,
     MIN_POINTS,
@@ -57,13 +57,10 @@ def timeline(
 
 def _edges(motion: Any, span: tuple[float, float] | None) -> FloatArray:
     """Return the ends of what is drawn and the events inside it: impacts, and ends of contact."""
+    start, end = window(motion, span)
+    shifts = np.zeros(1)
     if is_orbit(motion):
-        start, end = span or (0.0, float(motion.period))
-        shifts = float(motion.period) * np.arange(np.floor(start / motion.period), np.ceil(end / motion.period))
-    elif is_trajectory(motion):
-        (start, end), shifts = window(motion, span), np.zeros(1)
-    else:
-        raise not_a_motion(motion)
+        shifts = float(motion.period) * np.arange(np.floor(start / motion.period), np.ceil(end / motion.period), dtype=float)
     held = held_segments(motion)
     ends_of_contact = [] if len(held) == 0 else [*held["start"], *held["end"]]
     events = np.unique(np.concatenate([motion.impacts["time"], ends_of_contact]) + shifts[:, None])

@@ -17,7 +17,7 @@ from vibroimpact.plot._axes import (
     next_section_marker,
     with_defaults,
 )
-from vibroimpact.plot._data import Orbit, Trajectory, is_orbit, is_trajectory
+from vibroimpact.plot._data import Orbit, Trajectory, is_orbit
 from vibroimpact.plot._direction import check_direction
 from vibroimpact.plot._sampling import not_a_motion, poincare_states, window
 from vibroimpact.plot._walls import draw_walls
@@ -94,14 +94,6 @@ def poincare_section(
     )
     ax.plot(q, v, **options)
     if walls:
-        draw_walls(ax, motion, direction, np.linspace(*_span(motion, t_span), WALL_TIMES), along="x")
+        span = window(motion, None if is_orbit(motion) else t_span)
+        draw_walls(ax, motion, direction, np.linspace(*span, WALL_TIMES), along="x")
     return ax
-
-
-def _span(motion: Orbit | Trajectory, t_span: tuple[float, float] | None) -> tuple[float, float]:
-    """Return a period of an orbit, or the part of `t_span` that a trajectory covers."""
-    if is_trajectory(motion):
-        return window(motion, t_span)
-    if is_orbit(motion):
-        return 0.0, float(motion.period)
-    raise not_a_motion(motion)

@@ -27,12 +27,12 @@ HEADER = "header"
 Result = Trajectory | Orbit | Orbits | Record
 
 
-def _checked(restore: Callable[..., Any], check: Callable[[Any], None]) -> Callable[..., Any]:
+def _checked(restore: Callable[..., Trajectory | Orbit]) -> Callable[..., Trajectory | Orbit]:
     """Return what restores a motion and refuses one that its scene cannot have."""
 
-    def restored(*arguments: Any) -> Any:
+    def restored(*arguments: Any) -> Trajectory | Orbit:
         motion = restore(*arguments)
-        check(motion)
+        motion._check_kept()
         return motion
 
     return restored
@@ -40,8 +40,8 @@ def _checked(restore: Callable[..., Any], check: Callable[[Any], None]) -> Calla
 
 #: What makes a motion again from its saved arguments.
 _MOTIONS: dict[str, Callable[..., Any]] = {
-    "Trajectory": _checked(_core._restore_trajectory, _core._check_trajectory),
-    "Orbit": _checked(_core._restore_orbit, _core._check_orbit),
+    "Trajectory": _checked(_core._restore_trajectory),
+    "Orbit": _checked(_core._restore_orbit),
     "Orbits": _core._restore_orbits,
 }
 

@@ -14,7 +14,7 @@ use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use crate::quantity::at_least_one;
 use crate::recurrence::{Measure, advance};
-use crate::simulate::{ImpactSide, Trajectory};
+use crate::simulate::{ImpactSide, Motion, Trajectory};
 use crate::tolerance::SAME_ROUND;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;

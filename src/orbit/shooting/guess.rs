@@ -12,6 +12,7 @@ use crate::law::Regime;
 use crate::model::Scene;
 
 use crate::orbit::periodic_orbit::PeriodicOrbit;
+use crate::path::{ImpactSide, KeptMotion};
 use crate::quantity::positive;
 use crate::simulate::{SimulateOptions, Trajectory, simulate};
 use crate::tolerance::{GUESS_RUN_PERIODS, GUESS_WAIT_PERIODS, RETURNED, STATE_AT_REST};
@@ -91,7 +92,7 @@ fn from_orbit(orbit: &PeriodicOrbit, n_periods: Option<usize>) -> Result<Start> 
         return Err(Error::bad_value("n_periods", wanted, rule));
     }
     let times = wanted / once;
-    let state = |time: f64| joined(&orbit.state(time, false));
+    let state = |time: f64| joined(&orbit.state_at(time, ImpactSide::After));
     let instants = instants_of_arcs(orbit.flights(), orbit.impacts(), state);
     let one_round = folded(instants, orbit.scene());
     // A motion without instants is one flight, however long.

@@ -13,7 +13,8 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::shooting::guess::{Guess, Start, period_of_state, started};
 use crate::orbit::shooting::own_time::with_phase;
 use crate::orbit::shooting::signature::{Signature, with_shooting};
-use crate::simulate::{ImpactSide, SimulateOptions, simulate};
+use crate::path::{ImpactSide, KeptMotion, Motion};
+use crate::simulate::{SimulateOptions, simulate};
 use crate::tolerance::GUESS_RUN_PERIODS;
 use nalgebra::{DMatrix, DVector};
 
@@ -44,7 +45,12 @@ pub(super) fn start_in_order(
             let turned = orbit.scene().frequency().map_or(0.0, |w| w * t);
             let period = scene.frequency().is_none().then(|| orbit.period());
             let scene = at_phase(orbit.phase() + turned)?;
-            (scene, orbit.state(t, false), orbit.n_periods(), period)
+            (
+                scene,
+                orbit.state_at(t, ImpactSide::After),
+                orbit.n_periods(),
+                period,
+            )
         }
     };
     let n_periods = n_periods.unwrap_or(once);

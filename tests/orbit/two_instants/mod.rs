@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use plain::{Face, Plain, Sides, random_plain};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Harmonic, LinearSystem, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side, Stop, Verdict,
-    periodic_orbits,
+    Harmonic, ImpactSide, LinearSystem, Motion, OrbitOptions, Pattern, PeriodicOrbit, Scene, Side,
+    Stop, Verdict, periodic_orbits,
 };
 
 fn flight_time(orbit: &PeriodicOrbit) -> f64 {
@@ -20,10 +20,18 @@ fn flight_time(orbit: &PeriodicOrbit) -> f64 {
 fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
     let t = orbit.period();
     let dt = flight_time(orbit);
-    let speed = orbit.v0().amax() + orbit.state(0.0, true).1.amax();
+    let speed = orbit.v0().amax()
+        + orbit
+            .state(0.0, ImpactSide::Before)
+            .expect("a time")
+            .1
+            .amax();
     let size = orbit.q0().amax() + speed / plain.w;
     for (face, time) in plain.faces.iter().zip([0.0, dt]) {
-        let ((q, before), (q_after, after)) = (orbit.state(time, true), orbit.state(time, false));
+        let ((q, before), (q_after, after)) = (
+            orbit.state(time, ImpactSide::Before).expect("a time"),
+            orbit.state(time, ImpactSide::After).expect("a time"),
+        );
         assert!(
             (&q - &q_after).amax() < 1e-12 * size,
             "{label}: position jumps by {:e} at {time}",
@@ -42,7 +50,10 @@ fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
     // The flights by the exponential of the plain matrix, enlarged by the load and the forcing.
     let (n, big) = (plain.n(), plain.enlarged());
     for (start, end) in [(0.0, dt), (dt, t)] {
-        let ((q, v), angle) = (orbit.state(start, false), orbit.phase() + plain.w * start);
+        let ((q, v), angle) = (
+            orbit.state(start, ImpactSide::After).expect("a time"),
+            orbit.phase() + plain.w * start,
+        );
         let x = DVector::from_iterator(
             2 * n + 3,
             q.iter()
@@ -51,7 +62,7 @@ fn check_orbit(plain: &Plain, orbit: &PeriodicOrbit, label: &str) {
                 .chain([1.0, angle.cos(), angle.sin()]),
         );
         let arrived = (&big * (end - start)).exp() * x;
-        let (q, v) = orbit.state(end, true);
+        let (q, v) = orbit.state(end, ImpactSide::Before).expect("a time");
         let miss = (arrived.rows(0, n) - q).amax() + (arrived.rows(n, n) - v).amax() / plain.w;
         assert!(
             miss < 1e-9 * size,
@@ -214,7 +225,12 @@ fn the_symmetric_orbit_of_a_two_sided_oscillator_has_its_closed_form() {
             for i in 0..10 {
                 let time = t * f64::from(i) / 20.0 + 0.01;
                 assert!(
-                    (orbit.state(time, false).0 + orbit.state(time + 0.5 * t, false).0).amax()
+                    (orbit.state(time, ImpactSide::After).expect("a time").0
+                        + orbit
+                            .state(time + 0.5 * t, ImpactSide::After)
+                            .expect("a time")
+                            .0)
+                        .amax()
                         < 1e-12
                 );
             }
@@ -309,8 +325,8 @@ fn a_given_phase_gives_the_flight_time_and_the_clearance() {
                 let dt = flight_time(other);
                 let n = &plain.faces[0].normal;
                 let (here, there) = (
-                    n.dot(&other.state(0.0, false).0),
-                    n.dot(&other.state(dt, false).0),
+                    n.dot(&other.state(0.0, ImpactSide::After).expect("a time").0),
+                    n.dot(&other.state(dt, ImpactSide::After).expect("a time").0),
                 );
                 assert!(
                     (here - there).abs() < 1e-10 * (1.0 + here.abs()),

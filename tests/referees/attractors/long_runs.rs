@@ -2,7 +2,7 @@
 //! each other at three phases of the forcing.
 
 use nalgebra::{DMatrix, DVector};
-use vibroimpact::{Scene, SimulateOptions, Status, nalgebra, simulate};
+use vibroimpact::{Motion, Scene, SimulateOptions, Status, nalgebra, simulate};
 
 /// Phases at which states are taken, in parts of a period: next to an impact two motions that are one may look apart, but not at all three.
 const PHASES: [f64; 3] = [0.0, 0.37, 0.71];

@@ -14,8 +14,8 @@ use crate::random::Random;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 use vibroimpact::{
-    Branch, ContinuationOptions, Guess, PeriodicOrbit, SimulateOptions, continuation_over_energy,
-    find_orbit, simulate,
+    Branch, ContinuationOptions, Guess, ImpactSide, Motion, PeriodicOrbit, SimulateOptions,
+    continuation_over_energy, find_orbit, simulate,
 };
 
 /// An energy of a state that is known to 1e-11.
@@ -224,7 +224,7 @@ fn check_family(random: &mut Random, tally: &mut Tally) -> Result<(), String> {
         return Ok(());
     };
     let energy = |orbit: &PeriodicOrbit| {
-        let (q, v) = orbit.state(0.0, false);
+        let (q, v) = orbit.state(0.0, ImpactSide::After).expect("a time");
         let x: Vec<f64> = q.iter().chain(v.iter()).copied().collect();
         body.energies(&x)[1]
     };

@@ -8,7 +8,7 @@ use crate::pendulums::chain::Kind;
 use crate::random::Random;
 use nalgebra::DVector;
 use vibroimpact::{
-    BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, PeriodicOrbit,
+    BifurcationCurve, Branch, ContinuationOptions, CurveOf, ImpactSide, Motion, PeriodicOrbit,
     SimulateOptions, Special, bifurcation_curve, bifurcation_curve_of, continuation,
     continuation_of, find_orbit, simulate,
 };

@@ -3,7 +3,7 @@
 use crate::branches::body::Body;
 use crate::branches::script::{Script, script};
 use nalgebra::DVector;
-use vibroimpact::PeriodicOrbit;
+use vibroimpact::{ImpactSide, Motion, PeriodicOrbit};
 
 /// An orbit, and the body that it is said to be a motion of, at the orbit's phase.
 pub struct Look<'a> {
@@ -36,11 +36,15 @@ impl<'a> Look<'a> {
     pub fn alone(orbit: &'a PeriodicOrbit, body: &Body) -> Self {
         let mut units = [0.0f64; 2];
         for k in 0..LOOKS {
-            let (q, v) = orbit.state(orbit.period() * k as f64 / LOOKS as f64, false);
+            let (q, v) = orbit
+                .state(orbit.period() * k as f64 / LOOKS as f64, ImpactSide::After)
+                .expect("a time");
             units = [units[0].max(q.amax()), units[1].max(v.amax())];
         }
         for impact in orbit.impacts() {
-            let (_, v) = orbit.state(impact.time, true);
+            let (_, v) = orbit
+                .state(impact.time, ImpactSide::Before)
+                .expect("a time");
             units[1] = units[1].max(v.amax());
         }
         let script = Script {
@@ -57,7 +61,12 @@ impl<'a> Look<'a> {
 
     /// The state that the orbit has, before an impact or behind it.
     pub fn state(&self, time: f64, before: bool) -> Vec<f64> {
-        let (q, v) = self.orbit.state(time, before);
+        let side = if before {
+            ImpactSide::Before
+        } else {
+            ImpactSide::After
+        };
+        let (q, v) = self.orbit.state(time, side).expect("a time");
         q.iter().chain(v.iter()).copied().collect()
     }
 

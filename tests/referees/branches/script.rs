@@ -1,6 +1,6 @@
 //! What happens along an orbit, and when, as the library has it: all that is taken from it besides states.
 
-use vibroimpact::{PeriodicOrbit, SegmentKind};
+use vibroimpact::{Motion, PeriodicOrbit, SegmentKind};
 
 /// What happens at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]

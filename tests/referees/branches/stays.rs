@@ -8,8 +8,8 @@ use crate::branches::stepper::motion;
 use crate::branches::tally::Tally;
 use crate::random::Random;
 use vibroimpact::{
-    ContinuationOptions, ImpactSide, PeriodicOrbit, SegmentKind, SimulateOptions, SpecialKind,
-    find_orbit, simulate,
+    ContinuationOptions, ImpactSide, Motion, PeriodicOrbit, SegmentKind, SimulateOptions,
+    SpecialKind, find_orbit, simulate,
 };
 
 /// Periods of the forcing that a motion settles in, and the most that its own takes.

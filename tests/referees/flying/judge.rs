@@ -3,7 +3,7 @@
 
 use crate::flying::draw::{Barrier, Case};
 use nalgebra::DVector;
-use vibroimpact::{ImpactSide, SegmentKind, Status, Trajectory, simulate};
+use vibroimpact::{ImpactSide, Motion, SegmentKind, Status, Trajectory, simulate};
 
 /// Places at which gaps are looked at for each radian that the body, or what moves, turns by, and each size that it goes.
 const LOOKS: f64 = 25.0;

@@ -3,7 +3,7 @@
 
 use crate::orbits::plant::Plant;
 use nalgebra::DVector;
-use vibroimpact::PeriodicOrbit;
+use vibroimpact::{ImpactSide, Motion, PeriodicOrbit};
 
 /// How far an orbit is from being one, each relative to its size.
 #[derive(Debug, Clone, Copy, Default)]
@@ -46,8 +46,8 @@ pub fn misfit(plant: &Plant, orbit: &PeriodicOrbit) -> Misfit {
     let (mut gap, mut kick, mut pushed) = (0.0f64, 0.0f64, 0.0f64);
     let mut first_impact = 0;
     for (k, (start, stops)) in found.iter().enumerate() {
-        let (q, v) = orbit.state(*start, false);
-        let (before_q, before) = orbit.state(*start, true);
+        let (q, v) = orbit.state(*start, ImpactSide::After).expect("a time");
+        let (before_q, before) = orbit.state(*start, ImpactSide::Before).expect("a time");
         // A number that is none is larger than any, which no maximum tells.
         let numbers = [&q, &v, &before_q, &before].into_iter().flatten();
         let impulses = orbit.impacts().iter().map(|i| &i.impulse);
@@ -81,9 +81,9 @@ pub fn misfit(plant: &Plant, orbit: &PeriodicOrbit) -> Misfit {
             fast = fast.max(x.rows(n, n).amax());
         });
         let (q, v): (DVector<f64>, DVector<f64>) = if is_smooth {
-            orbit.state(0.0, false)
+            orbit.state(0.0, ImpactSide::After).expect("a time")
         } else {
-            orbit.state(end, true)
+            orbit.state(end, ImpactSide::Before).expect("a time")
         };
         miss[0] = miss[0].max((x.rows(0, n) - q).amax());
         miss[1] = miss[1].max((x.rows(n, n) - v).amax());

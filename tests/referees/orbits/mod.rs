@@ -14,7 +14,8 @@ use returns::Returns;
 use scan::{Times, phases};
 use std::f64::consts::TAU;
 use vibroimpact::{
-    FreeParameter, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit, periodic_orbits,
+    FreeParameter, ImpactSide, Motion, OrbitOptions, Orbits, Parameter, Pattern, PeriodicOrbit,
+    periodic_orbits,
 };
 
 /// What an orbit closes to, relative to its size.
@@ -184,7 +185,7 @@ fn sampled_gaps(plant: &Plant, orbit: &PeriodicOrbit) -> (Vec<(f64, f64)>, f64) 
     let mut size = 0.0f64;
     for (k, &start) in starts.iter().enumerate() {
         let end = starts.get(k + 1).copied().unwrap_or(orbit.period());
-        let (q, v) = orbit.state(start, false);
+        let (q, v) = orbit.state(start, ImpactSide::After).expect("a time");
         let mut x = plant.lifted(&q, &v, plant.w * start + orbit.phase());
         plant.carry(&mut x, end - start, |t, x| {
             let q = x.rows(0, n).into_owned();
@@ -244,7 +245,7 @@ fn an_orbit_is_admissible_where_samples_show_no_breach() {
                 let found = orbit.violation().expect("not admissible");
                 let length = plant.faces[found.stop].normal.norm();
                 if found.depth > 0.0 {
-                    let (q, _) = orbit.state(found.time, false);
+                    let (q, _) = orbit.state(found.time, ImpactSide::After).expect("a time");
                     let there = orbit.scene().gaps(&q).expect("linear")[found.stop];
                     if (there + found.depth).abs() > 1e-9 * size * length {
                         failures.push(format!("{label}: {found:?}, but the gap is {there}"));
@@ -278,7 +279,12 @@ fn an_orbit_is_admissible_where_samples_show_no_breach() {
 /// The scaled state after the first impact, and the sizes of position and velocity.
 fn start(orbit: &PeriodicOrbit, w: f64) -> (DVector<f64>, [f64; 2]) {
     let (q, v) = (orbit.q0(), orbit.v0());
-    let fast = v.amax() + orbit.state(0.0, true).1.amax();
+    let fast = v.amax()
+        + orbit
+            .state(0.0, ImpactSide::Before)
+            .expect("a time")
+            .1
+            .amax();
     let at = q.amax() + fast / w;
     // A motion that hardly moves about its contact has the speed of nothing.
     let fast = fast.max(1e-3 * w * at);

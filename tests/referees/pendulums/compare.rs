@@ -2,7 +2,7 @@
 
 use crate::pendulums::run::{Hit, Record, run};
 use crate::pendulums::scenes::Case;
-use vibroimpact::{ImpactSide, SegmentKind, Status, Trajectory};
+use vibroimpact::{ImpactSide, Motion, SegmentKind, Status, Trajectory};
 
 /// How far starts are moved to see what the answer is sensitive to, and what error is allowed besides, in tolerances.
 const MOVED: f64 = 1e2;

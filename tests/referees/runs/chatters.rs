@@ -8,6 +8,7 @@ use crate::runs::motion::{Model, Motion};
 use crate::runs::record::Stretch;
 use crate::runs::reference::Reference;
 use crate::runs::simulator::follow;
+use vibroimpact::Motion as _;
 use vibroimpact::{Impact, ImpactSide, Segment, SegmentKind, Trajectory};
 
 /// A change of the acceleration by more than this part is none of first order.

@@ -13,7 +13,7 @@ use crate::runs::reference::{FEW, MANY, Reference, allowance, reference};
 use crate::runs::states::{Sides, compare_states};
 use std::collections::VecDeque;
 use std::time::Instant;
-use vibroimpact::{SegmentKind, Status, Trajectory};
+use vibroimpact::{Motion, SegmentKind, Status, Trajectory};
 
 pub struct Difference {
     pub class: String,

@@ -5,7 +5,7 @@ use crate::runs::generator::scene;
 use crate::runs::invariants::check;
 use crate::runs::library::library;
 use crate::runs::reference::{FEW, reference};
-use vibroimpact::{Method, SavedTrajectory, SegmentKind, Trajectory};
+use vibroimpact::{Method, Motion, SavedTrajectory, SegmentKind, Trajectory};
 
 /// The classes of what is found once an answer has been changed.
 fn found(case: &Case, run: &Trajectory, change: &dyn Fn(&mut SavedTrajectory)) -> Vec<String> {

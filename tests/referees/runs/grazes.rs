@@ -5,7 +5,7 @@ use crate::runs::compare::Difference;
 use crate::runs::hits::Counting;
 use crate::runs::reference::Reference;
 use nalgebra::DVector;
-use vibroimpact::{Graze, ImpactSide, Method, Segment, SegmentKind, Trajectory};
+use vibroimpact::{Graze, ImpactSide, Method, Motion, Segment, SegmentKind, Trajectory};
 
 /// A minimum nearer to zero than this part of its terms is zero to anybody: the library's own rounding is eight times as much.
 const ZERO: f64 = 2.0 * f64::EPSILON;

@@ -13,8 +13,8 @@ use crate::runs::record::AMBIGUOUS;
 use crate::runs::reference::{Reference, slowest_rate, squared_frequencies};
 use nalgebra::{DMatrix, DVector};
 use vibroimpact::{
-    Impact, ImpactSide, Keep, Method, Scene, SegmentKind, SimulateOptions, Stats, Trajectory,
-    simulate,
+    Impact, ImpactSide, Keep, Method, Motion, Scene, SegmentKind, SimulateOptions, Stats,
+    Trajectory, simulate,
 };
 
 /// Relative rounding allowed: complex modes lose up to three digits before others take their place, steps of an integrator add

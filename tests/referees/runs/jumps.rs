@@ -5,7 +5,7 @@ use crate::runs::compare::Difference;
 use crate::runs::invariants::{difference, inverse_mass, reaction};
 use crate::runs::reference::Reference;
 use nalgebra::DVector;
-use vibroimpact::{Impact, ImpactSide, Segment, SegmentKind, Trajectory};
+use vibroimpact::{Impact, ImpactSide, Motion, Segment, SegmentKind, Trajectory};
 
 /// Instants nearer to each other than this, in radians of the fastest motion, are too near to tell the sides of each.
 const NEAR: f64 = 1e-9;

@@ -7,6 +7,7 @@ use crate::runs::record::Stretch;
 use crate::runs::reference::Reference;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
+use vibroimpact::Motion as _;
 use vibroimpact::{ImpactSide, Trajectory};
 
 pub struct Labels<'a> {

@@ -4,7 +4,7 @@
 use crate::runs::case::Case;
 use crate::runs::compare::Difference;
 use nalgebra::{DMatrix, DVector, RowDVector};
-use vibroimpact::{Energy, Trajectory};
+use vibroimpact::{Energy, Motion, Trajectory};
 
 /// Half of a quadratic form.
 fn half(matrix: &DMatrix<f64>, x: &DVector<f64>) -> f64 {

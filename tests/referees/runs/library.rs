@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
+use vibroimpact::Motion as _;
 use vibroimpact::{ImpactSide, Scene, SegmentKind, Trajectory, simulate, with_observer};
 
 /// After this time a run of the library counts as endless.

@@ -4,7 +4,7 @@
 use crate::runs::case::Case;
 use crate::runs::compare::Difference;
 use crate::runs::reference::Reference;
-use vibroimpact::{ImpactSide, Segment, SegmentKind, Trajectory};
+use vibroimpact::{ImpactSide, Motion, Segment, SegmentKind, Trajectory};
 
 /// To how many times what a gap is known to its stop is closed.
 const ROUNDINGS: f64 = 1e2;

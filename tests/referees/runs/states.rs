@@ -5,7 +5,7 @@ use crate::runs::compare::{First, biased};
 use crate::runs::double_double::Dd;
 use crate::runs::record::{Hit, Record};
 use crate::runs::reference::{Reference, allowance};
-use vibroimpact::{ImpactSide, Trajectory};
+use vibroimpact::{ImpactSide, Motion, Trajectory};
 
 /// What the library saw, and the impacts of the referee that count.
 pub struct Sides<'a> {
