@@ -1,12 +1,13 @@
-//! The list of attractors from the outcomes of seeds: motions on one attractor form a group. Cycles are compared point by point, sets by
-//! the nearest neighbours of their states, one in each period of the forcing; where too few states do not tell, motions are carried on.
+//! The list of attractors from the outcomes of seeds: motions on one attractor (`same_attractor.rs`) form a group. Where the states of two
+//! sets do not tell whether they are one, their motions are carried on.
 //!
 //! States are rows (q, v) in units of the scene. Source: docs/theory.md, sections 15 and 17.
 
 use crate::attractor::finding::{AttractorSearch, SeedOutcome};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::list::Attractors;
-use crate::attractor::one::Attractor;
+use crate::attractor::record::Attractor;
+use crate::attractor::same_attractor::are_one;
 use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
@@ -47,7 +48,8 @@ pub(super) fn gathered(search: &AttractorSearch<'_>, found: &[SeedOutcome]) -> R
         // Its own exponents leave it undecided; those of another motion on the same set decide.
         if let SeedOutcome::Unclear(states) = own {
             let is_on = |group: &&mut Group| {
-                !group.one.is_cycle() && compared(&group.states, states, &measure) == Sets::One
+                let of_group = (&group.states, group.one.is_cycle());
+                are_one(of_group, (states, false), &measure)
             };
             if let Some(group) = groups.iter_mut().find(is_on) {
                 group.members.push(i);
@@ -61,12 +63,7 @@ pub(super) fn gathered(search: &AttractorSearch<'_>, found: &[SeedOutcome]) -> R
 /// The index of the group that an attractor belongs to.
 fn place(search: &AttractorSearch<'_>, groups: &[Group], own: &Attractor) -> Result<Option<usize>> {
     for (k, group) in groups.iter().enumerate() {
-        let is_one = match (group.one.is_cycle(), own.is_cycle()) {
-            (true, true) => search.are_one_cycle(&group.one, own)?,
-            (false, false) => compared(&group.states, &own.points, &search.measure()) == Sets::One,
-            _ => false,
-        };
-        if is_one {
+        if search.are_one((&group.one, &group.states), (own, &own.points))? {
             return Ok(Some(k));
         }
     }
