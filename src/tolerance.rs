@@ -455,8 +455,8 @@ pub(crate) const LOWEST_NEAR_GUESS: f64 = 0.25;
 /// Angle [rad] that a link may turn by in a step along its Taylor series before it is checked whether the sine in a gap is known to the
 /// tolerance as its angle is; in usual steps it is.
 pub(crate) const SINE_TURN: f64 = 2.0;
-/// Times that a step is shortened where it cannot tell a contact from none, before the interpolant decides: by halves to 2e-4 of its
-/// length.
+/// Times in a row that a step is shortened where it cannot tell a contact from none, by halves to 2e-4 of its length. After that a minimum
+/// that cannot be told from zero counts as no contact: it is no deeper than the interpolation is off by on so short a step.
 pub(crate) const MOST_STEP_HALVINGS: usize = 12;
 
 // --- Scenes, runs and their records: model, path, recurrence, simulate, section.
