@@ -1,7 +1,7 @@
 //! Attractors: what the motions of a scene with a period of the forcing settle on, found from many starts in a box of states. Unknown are
 //! the states (q, v), in units of the scene, at one phase of the forcing \[rad\]; distances are parts of the box. `finding.rs` follows one
-//! motion, `unsettled.rs` and `rests.rs` classify those without a short period, `same_attractor.rs` says which are one, `gathering.rs` makes the list. Source: docs/theory.md,
-//! section 17.
+//! motion, `unsettled.rs` and `rests.rs` classify those without a short period, `same_attractor.rs` says which are one, `gathering.rs`
+//! makes the list. Source: docs/theory.md, section 17.
 
 mod at_phase;
 mod attractors;

@@ -330,8 +330,8 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
                 order => from_contact(model, order, step, gap.rounding(model)),
             };
-            // A stop may be left so slowly that the bound on the rest of the cubic hides its opening. Then it is enough that the gap stays
-            // within its rounding.
+            // A stop may be left so slowly that the bound on the rest of the cubic hides its opening. Then the part of third order is judged
+            // alone, and it is enough that it stays within the rounding of the gap.
             if order == LATE && !matches!(ahead, GapVerdict::Clear) {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
