@@ -7,8 +7,8 @@
 /// A wider rounding of a gap, of a speed and of an acceleration, in parts of the sizes of their terms; touches are told from impacts by
 /// [`TERM_ROUNDINGS`].
 pub(crate) const GAP_ROUNDING: f64 = 1e-14;
-/// The margin between graze and impact: a minimum of a gap no farther below zero than this part of the size of its terms is a touch
-/// (theory 8).
+/// The margin between graze and impact, of runs: a minimum of a gap no farther below zero than this part of the size of its terms is a
+/// touch (theory 8, `event/touch.rs`). Of orbits it is [`ORBIT_MARGIN`] and [`INTEGRATED_MARGIN`].
 pub(crate) const TERM_ROUNDINGS: f64 = 16.0 * f64::EPSILON;
 /// The rounding of a gap in parts of the sum of the sizes of all parts of the motion in it, where the rows that give them are known as well
 /// as that.
@@ -125,6 +125,8 @@ pub(crate) const WRONG_JACOBIAN: f64 = 1e-3;
 /// Error of that finite difference, in parts of the largest entry of its column.
 pub(crate) const ROUGH_JACOBIAN: f64 = 1e-6;
 
+/// Rounding of an acceleration of which differences are taken, in parts of its largest entry.
+pub(crate) const DIFFERENCED_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Part of their sizes by which the differences of an acceleration to both sides may differ before a shorter step is tried: their mean is
 /// then off by the square of that.
 pub(crate) const BENT_DIFFERENCE: f64 = 1e-4;
@@ -267,8 +269,8 @@ pub(crate) const RETURNED: f64 = 0.05;
 pub(crate) const STATE_AT_REST: f64 = 1e-9;
 /// Largest mismatch, in parts of the size of an orbit, by which the flights of an admissible orbit miss its beginning: 1e-9 in any norm.
 pub(crate) const FLIGHTS_CLOSED: f64 = 3e-10;
-/// Margin within which a gap of an orbit counts as touching, in parts of the motion's size along the normal: rounding of its position, with
-/// room to spare.
+/// The margin between touch and passage of a stop by an orbit, as [`TERM_ROUNDINGS`] is by a run: a gap this small counts as touching, in
+/// parts of the motion's size along the normal. It is rounding of its position, with room to spare.
 pub(crate) const ORBIT_MARGIN: f64 = 2e-13;
 /// The same for integrated flights, in parts of the motion's size: what they are known to.
 pub(crate) const INTEGRATED_MARGIN: f64 = 1e-10;
@@ -453,8 +455,8 @@ pub(crate) const LOWEST_NEAR_GUESS: f64 = 0.25;
 /// Angle [rad] that a link may turn by in a step along its Taylor series before it is checked whether the sine in a gap is known to the
 /// tolerance as its angle is; in usual steps it is.
 pub(crate) const SINE_TURN: f64 = 2.0;
-/// Times that a step is shortened where it cannot tell a contact from none, before the interpolant decides: by halves to 2e-4 of its
-/// length.
+/// Times in a row that a step is shortened where it cannot tell a contact from none, by halves to 2e-4 of its length. After that a minimum
+/// that cannot be told from zero counts as no contact: it is no deeper than the interpolation is off by on so short a step.
 pub(crate) const MOST_STEP_HALVINGS: usize = 12;
 
 // --- Scenes, runs and their records: model, path, recurrence, simulate, section.

@@ -2,7 +2,7 @@
 //! may have had it and the other not, so that their states differ by the jump of the velocity. Points are rows (q, v) in units of the
 //! scene, phases are in \[rad\].
 
-use crate::attractor::one::Attractor;
+use crate::attractor::record::Attractor;
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;

@@ -4,16 +4,16 @@
 //! States are (q, v) in units of the scene; periods count those of the forcing; distances are parts of the motion's size, or of the state
 //! box where they are from it \[-\]. Source: docs/theory.md, section 17.
 
-use crate::attractor::at_phase::{points_at, quiet_phase, quiet_points};
+use crate::attractor::at_phase::{quiet_phase, quiet_points};
 use crate::attractor::kind::AttractorKind;
-use crate::attractor::one::Attractor;
 use crate::attractor::options::AttractorOptions;
+use crate::attractor::record::Attractor;
 use crate::attractor::state_box::StateBox;
 use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit};
 use crate::path::{ImpactSide, KeptMotion};
-use crate::recurrence::{Measure, are_one_cycle, least_period};
+use crate::recurrence::{Measure, least_period};
 use crate::section::{Section, Settled, points_of, settled};
 use crate::simulate::{Keep, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_SOUGHT_PERIODS, LEFT_BOX, NEUTRAL_MULTIPLIER, SAME_STATE};
@@ -60,29 +60,10 @@ impl AttractorSearch<'_> {
         Measure::new(self.around.turns(), TAU / self.period)
     }
 
-    /// Whether two attractors are one cycle, compared at a phase far from their impacts.
-    pub fn are_one_cycle(&self, a: &Attractor, b: &Attractor) -> Result<bool> {
-        if !(a.is_cycle() && b.is_cycle()) {
-            return Ok(false);
-        }
-        if a.points == b.points {
-            return Ok(true);
-        }
-        let quiet = quiet_phase([a, b], self.options.phase);
-        let [a, b] = [self.points_of_one(a, quiet)?, self.points_of_one(b, quiet)?];
-        Ok(are_one_cycle(&a, &b, &self.measure()))
-    }
-
-    /// The points of an attractor at a phase.
-    fn points_of_one(&self, one: &Attractor, phase: f64) -> Result<DMatrix<f64>> {
-        let phases = (self.options.phase, phase);
-        points_at(self.scene, one, phases, &self.options.run(Keep::Final))
-    }
-
-    /// Whether a cycle is among those known.
+    /// Whether an attractor is among those known.
     pub fn knows(&self, own: &Attractor) -> Result<bool> {
         for one in &self.known {
-            if self.are_one_cycle(one, own)? {
+            if self.are_one((one, &one.points), (own, &own.points))? {
                 return Ok(true);
             }
         }
@@ -230,7 +211,7 @@ impl AttractorSearch<'_> {
             let all = self.points(run, quiet)?;
             let last = all.nrows().saturating_sub(n_periods);
             let own = all.rows_range(last..).into_owned();
-            if are_one_cycle(&own, &self.points_of_one(one, quiet)?, &self.measure()) {
+            if self.is_on(&own, (one, quiet))? {
                 return Ok(Some(one));
             }
         }

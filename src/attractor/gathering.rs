@@ -1,12 +1,13 @@
-//! The list of attractors from the outcomes of seeds: motions on one attractor form a group. Cycles are compared point by point, sets by
-//! the nearest neighbours of their states, one in each period of the forcing; where too few states do not tell, motions are carried on.
+//! The list of attractors from the outcomes of seeds: motions on one attractor (`same_attractor.rs`) form a group. Where the states of two
+//! sets do not tell whether they are one, their motions are carried on.
 //!
 //! States are rows (q, v) in units of the scene. Source: docs/theory.md, sections 15 and 17.
 
 use crate::attractor::finding::{AttractorSearch, SeedOutcome};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::list::Attractors;
-use crate::attractor::one::Attractor;
+use crate::attractor::record::Attractor;
+use crate::attractor::same_attractor::are_one;
 use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
@@ -47,7 +48,8 @@ pub(super) fn gathered(search: &AttractorSearch<'_>, found: &[SeedOutcome]) -> R
         // Its own exponents leave it undecided; those of another motion on the same set decide.
         if let SeedOutcome::Unclear(states) = own {
             let is_on = |group: &&mut Group| {
-                !group.one.is_cycle() && compared(&group.states, states, &measure) == Sets::One
+                let of_group = (&group.states, group.one.is_cycle());
+                are_one(of_group, (states, false), &measure)
             };
             if let Some(group) = groups.iter_mut().find(is_on) {
                 group.members.push(i);
@@ -61,12 +63,7 @@ pub(super) fn gathered(search: &AttractorSearch<'_>, found: &[SeedOutcome]) -> R
 /// The index of the group that an attractor belongs to.
 fn place(search: &AttractorSearch<'_>, groups: &[Group], own: &Attractor) -> Result<Option<usize>> {
     for (k, group) in groups.iter().enumerate() {
-        let is_one = match (group.one.is_cycle(), own.is_cycle()) {
-            (true, true) => search.are_one_cycle(&group.one, own)?,
-            (false, false) => compared(&group.states, &own.points, &search.measure()) == Sets::One,
-            _ => false,
-        };
-        if is_one {
+        if search.are_one((&group.one, &group.states), (own, &own.points))? {
             return Ok(Some(k));
         }
     }
@@ -99,12 +96,19 @@ fn merged(search: &AttractorSearch<'_>, mut groups: Vec<Group>) -> Result<Vec<Gr
     groups.sort_by_key(|group| std::cmp::Reverse(group.members.len()));
     let (mut kept, sets): (Vec<Group>, Vec<Group>) =
         groups.into_iter().partition(|group| group.one.is_cycle());
+    let mut left = Vec::new();
     'sets: for mut own in sets {
         if !carry_on(search, &mut own.states, SET_STATES << SET_DOUBLINGS_APART)? {
             settle_again(search, &mut kept, own)?;
             continue;
         }
-        for other in kept.iter_mut().filter(|other| !other.one.is_cycle()) {
+        let mut k = 0;
+        while k < kept.len() {
+            let other = &mut kept[k];
+            if other.one.is_cycle() {
+                k += 1;
+                continue;
+            }
             match carried_on_and_compared(search, other, &mut own)? {
                 Relation::One => {
                     other.members.append(&mut own.members);
@@ -113,7 +117,8 @@ fn merged(search: &AttractorSearch<'_>, mut groups: Vec<Group>) -> Result<Vec<Gr
                     }
                     continue 'sets;
                 }
-                Relation::Apart => {}
+                Relation::Apart => k += 1,
+                Relation::OtherLeft => left.push(kept.remove(k)),
                 Relation::Left => {
                     settle_again(search, &mut kept, own)?;
                     continue 'sets;
@@ -122,6 +127,9 @@ fn merged(search: &AttractorSearch<'_>, mut groups: Vec<Group>) -> Result<Vec<Gr
         }
         kept.push(own);
     }
+    for other in left {
+        settle_again(search, &mut kept, other)?;
+    }
     Ok(kept)
 }
 
@@ -129,8 +137,9 @@ fn merged(search: &AttractorSearch<'_>, mut groups: Vec<Group>) -> Result<Vec<Gr
 enum Relation {
     One,
     Apart,
-    /// Its motion has left it.
+    /// Its motion has left it, or the other's its own.
     Left,
+    OtherLeft,
 }
 
 /// Carries two motions on, to twice as many states each time, until their states tell whether their sets are one.
@@ -147,7 +156,7 @@ fn carried_on_and_compared(
             return Ok(Relation::Left);
         }
         if !carry_on(search, &mut other.states, count)? {
-            return Ok(Relation::Apart);
+            return Ok(Relation::OtherLeft);
         }
         relation = match compared(&own.states, &other.states, &measure) {
             Sets::One => return Ok(Relation::One),
@@ -253,5 +262,76 @@ fn listed(groups: Vec<Group>, found: &[SeedOutcome]) -> Attractors {
         n_lost,
         n_drifting,
         n_inside,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::attractor::options::AttractorOptions;
+    use crate::attractor::state_box::StateBox;
+    use crate::model::{Harmonic, LinearSystem, Scene, Stop};
+    use crate::orbit::Pattern;
+    use nalgebra::{dmatrix, dvector};
+    use std::f64::consts::TAU;
+
+    /// A group of some seeds whose motion is taken to be chaotic, by its states.
+    fn of_states(members: &[usize], states: DMatrix<f64>) -> Group {
+        let one = Attractor {
+            kind: AttractorKind::Chaotic,
+            orbit: None,
+            n_periods: 0,
+            points: states.rows(0, SET_STATES).into_owned(),
+            exponents: Vec::new(),
+            pattern: Pattern::none(),
+            reason: String::new(),
+            fraction: 0.0,
+        };
+        let members = members.to_vec();
+        Group {
+            members,
+            one,
+            states,
+        }
+    }
+
+    #[test]
+    fn a_motion_that_leaves_its_set_beside_another_joins_where_it_settles() {
+        let system =
+            LinearSystem::new(dvector![1.0], dmatrix![0.1], dmatrix![1.0]).expect("a system");
+        let force = Harmonic::new(dvector![1.0.into()], 2.4, 0.0).expect("a force");
+        let stop = Stop::new(0, 100.0, 0.8).expect("a stop");
+        let scene = Scene::new(system, force, [stop]).expect("a scene");
+        let around =
+            StateBox::new(dvector![-20.0, -20.0], dvector![20.0, 20.0]).expect("a state box");
+        let options = AttractorOptions::default();
+        let search = AttractorSearch {
+            scene: &scene,
+            around: &around,
+            options: &options,
+            period: scene.period().expect("a period"),
+            start: 0.0,
+            known: Vec::new(),
+        };
+        // The first decays to the orbit of the scene; the second, far from it, is known for as long as any is carried on.
+        let decays = DMatrix::from_fn(SET_STATES << SET_DOUBLINGS_APART, 2, |k, j| {
+            (-1e-3 * k as f64).exp() * [1.0, -1.0][j]
+        });
+        let circle = DMatrix::from_fn(SET_STATES << MOST_SET_DOUBLINGS, 2, |k, j| {
+            let angle = TAU * 0.618_033_988_749_895 * k as f64;
+            10.0 * [angle.cos(), angle.sin()][j]
+        });
+        let groups = vec![of_states(&[0, 1], decays), of_states(&[2], circle)];
+        let found = merged(&search, groups).expect("it runs");
+        let told = found
+            .iter()
+            .map(|group| (group.one.kind, group.members.as_slice()));
+        assert_eq!(
+            told.collect::<Vec<_>>(),
+            [
+                (AttractorKind::Chaotic, &[2][..]),
+                (AttractorKind::Periodic, &[0, 1][..])
+            ]
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! The list of attractors of a scene, with the seeds that led to each. Attractors and seeds are counted from 0.
 
-use crate::attractor::one::Attractor;
+use crate::attractor::record::Attractor;
 
 /// The attractors of a scene that were found, the one that most starts led to first: a sequence of them.
 #[derive(Debug, Clone)]

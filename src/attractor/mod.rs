@@ -1,7 +1,7 @@
 //! Attractors: what the motions of a scene with a period of the forcing settle on, found from many starts in a box of states. Unknown are
 //! the states (q, v), in units of the scene, at one phase of the forcing \[rad\]; distances are parts of the box. `finding.rs` follows one
-//! motion, `unsettled.rs` and `rests.rs` classify those without a short period, `gathering.rs` makes the list. Source: docs/theory.md,
-//! section 17.
+//! motion, `unsettled.rs` and `rests.rs` classify those without a short period, `same_attractor.rs` says which are one, `gathering.rs`
+//! makes the list. Source: docs/theory.md, section 17.
 
 mod at_phase;
 mod attractors;
@@ -9,9 +9,10 @@ mod finding;
 mod gathering;
 mod kind;
 mod list;
-mod one;
 mod options;
+mod record;
 mod rests;
+mod same_attractor;
 mod state_box;
 mod unsettled;
 
@@ -23,6 +24,7 @@ pub(crate) use attractors::{gathered_seeds, settle_seeds};
 pub(crate) use finding::SeedOutcome;
 pub use kind::AttractorKind;
 pub use list::Attractors;
-pub use one::Attractor;
 pub use options::AttractorOptions;
+pub use record::Attractor;
+pub(crate) use same_attractor::are_one;
 pub use state_box::StateBox;

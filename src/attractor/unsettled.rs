@@ -5,7 +5,7 @@
 
 use crate::attractor::finding::{AttractorSearch, SeedOutcome, attractor, owned};
 use crate::attractor::kind::AttractorKind;
-use crate::attractor::one::Attractor;
+use crate::attractor::record::Attractor;
 use crate::error::{Error, Result};
 use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents};
 use crate::model::PhysicalState;

@@ -4,11 +4,11 @@
 //! Distances are the largest difference of a coordinate in parts of the width of the state box \[-\]; a hit is a period in which the motion
 //! is within the radius of a point. Source: docs/theory.md, section 18.
 
-use crate::attractor::{Attractor, StateBox, points_at, quiet_phase};
+use crate::attractor::{Attractor, StateBox, are_one, points_at, quiet_phase};
 use crate::basin::label::Label;
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::recurrence::{Measure, Sets, are_one_cycle, compared};
+use crate::recurrence::Measure;
 use crate::simulate::SimulateOptions;
 use crate::tolerance::{
     ATTRACTOR_RADIUS, IN_SET, LEFT_BOX, ORBIT_ROUNDS_TO_LABEL, OTHER_ATTRACTOR_PART,
@@ -83,11 +83,8 @@ impl Targets {
         for one in attractors {
             let points = points_at(scene, one, (phase, quiet), options)?;
             let is_set = !one.is_cycle();
-            let is_one = |(other, other_is_set): &(DMatrix<f64>, bool)| match (is_set, other_is_set)
-            {
-                (false, false) => are_one_cycle(&points, other, &measure),
-                (true, true) => compared(&points, other, &measure) == Sets::One,
-                _ => false,
+            let is_one = |(other, is_other_set): &(DMatrix<f64>, bool)| {
+                are_one((&points, !is_set), (other, !is_other_set), &measure)
             };
             let own: Vec<Vec<f64>> = if earlier.iter().any(is_one) {
                 Vec::new()

@@ -1,4 +1,11 @@
 //! Smooth bifurcations on a step of a branch: test functions that change their sign, and the location of their zeros (theory 19).
+//!
+//! A fold is where the part of the unit tangent in the parameter changes its sign; the functions of other kinds stand beside it in
+//! `test_functions.rs`. The signs at the two ends of an accepted step are compared, so that two changes of one function within a step are
+//! not seen. A zero is located on the branch by false position (`continuation/locator.rs`), until the parameter moves by no more than
+//! `ZERO_PARAMETER_CHANGE` of its range. Where it is known worse than [`WELL_LOCATED_BIFURCATION`], of any kind but a torus, it is
+//! interpolated as well (`interpolation_locator.rs`), and the smaller error decides; at a branch point it always is, and the interpolation
+//! goes first.
 
 use crate::branch::crossings::has_multiplier;
 use crate::branch::interpolation_locator::locate_by_interpolation;
@@ -6,6 +13,7 @@ use crate::branch::multipliers::{own_multipliers, pair_at_circle};
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
+use crate::branch::test_functions;
 use crate::branch::zero_problem::CorrectedPoint;
 use crate::continuation::{LocatedZero, evaluated, locate_zero};
 use crate::error::Result;
@@ -22,7 +30,7 @@ pub(super) fn bifurcations(
     length: f64,
 ) -> Result<Vec<Special>> {
     let (a, b) = (&from.test_values, &to.test_values);
-    let fold = |settled: &CorrectedPoint| Ok(settled.tangent.value_part);
+    let fold = |settled: &CorrectedPoint| Ok(test_functions::fold(&settled.tangent));
     let doubling =
         |settled: &CorrectedPoint| problem.multiplier_test((&settled.iterate, None), -1.0);
     let crossing = |settled: &CorrectedPoint| Ok(settled.equations.crossing(&settled.tangent));

@@ -1,5 +1,5 @@
 //! The locator of zeros next to a branch point, where the corrector fails: by the polynomial through points of the branch on both sides, at
-//! Chebyshev's nodes (theory 19). Lengths are arclengths.
+//! Chebyshev's nodes (theory 19). For folds and doublings it is a fallback. Lengths are arclengths.
 
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};

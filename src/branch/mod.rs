@@ -4,8 +4,8 @@
 //! the value p of the number. They are scaled: positions and velocities by units of the motion, times by the forcing, so that they are
 //! phases \[rad\], and p by the range over which it may go; arclength \[-\] is the mean square of those of the motion beside that of p.
 //! `equations.rs` has the equations and their Jacobian, `zero_problem.rs` hands them to `continuation`, which makes the steps; `advance.rs`
-//! judges a step, `walk.rs` says what is done at each; `test_functions.rs` says what changes sign where, `bifurcations.rs` and
-//! `interpolation_locator.rs` find it, `boundary.rs` names the rule of contact that is broken there, `switching.rs` finds the branches
+//! judges a step, `walk.rs` says what is done at each; `test_functions.rs` says what changes sign where, `bifurcations.rs` finds it
+//! with `continuation/locator.rs`, `boundary.rs` names the rule of contact that is broken there, `switching.rs` finds the branches
 //! that begin there. Of a branch that is there, `at_value.rs` gives the orbits at a value, `monitor.rs` the zeros of a user's function,
 //! `tree.rs` the branches that it meets, `beyond.rs` what becomes of motions past its boundaries. `curve` follows special points over two
 //! numbers.

@@ -2,14 +2,20 @@
 
 use crate::branch::equations::BasePoint;
 use crate::branch::multipliers::n_outside;
+use crate::branch::parametric_loop::BranchDirection;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
+/// The part of a unit tangent in the parameter: it changes its sign at a fold.
+pub(super) fn fold(tangent: &BranchDirection) -> f64 {
+    tangent.value_part
+}
+
 /// The values of all test functions at a point of a branch \[-\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TestFunctionValues {
-    /// The part of the tangent in the parameter: it changes its sign at a fold.
+    /// [`fold`] of the tangent.
     pub fold: f64,
     /// It changes its sign where a multiplier passes through -1; for loops of half a period, a multiplier of that.
     pub doubling: f64,
@@ -37,7 +43,7 @@ impl TestFunctionValues {
     ) -> Result<Self> {
         let is_alone = orbit.scene().n_dof() == 1;
         Ok(Self {
-            fold: tangent.value_part,
+            fold: fold(tangent),
             // The multipliers of one coordinate that keeps its energy are both 1.
             doubling: if is_alone && problem.energetics.is_some() {
                 1.0

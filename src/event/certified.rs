@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::event::curvature::{BoundedGap, GapPoint};
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::step_path::StepPath;
+use crate::event::touch::Bottom;
 use crate::tolerance::{NEAR_MINIMUM_TOLERANCES, PASSED_TOLERANCE_PART, SHORTEST_PIECE};
 use std::fmt;
 
@@ -328,14 +329,12 @@ impl<'a> GapSearch<'a> {
             doubt,
             ..
         } = self.lowest(here.x, next.x)?;
-        Ok(if gap.abs() <= doubt && doubt > 1.5 * rounding {
-            PieceOutcome::Root(FirstRoot::Undecided { at: x })
-        } else if gap < -rounding {
-            PieceOutcome::Root(self.crossing(self.open, x)?)
-        } else if gap <= rounding {
-            PieceOutcome::Touch { x, depth: -gap }
-        } else {
-            PieceOutcome::Clear
+        let doubt = (doubt > 1.5 * rounding).then_some(doubt);
+        Ok(match Bottom::in_step(gap, rounding, doubt) {
+            Bottom::Undecided => PieceOutcome::Root(FirstRoot::Undecided { at: x }),
+            Bottom::Passed => PieceOutcome::Root(self.crossing(self.open, x)?),
+            Bottom::Touch => PieceOutcome::Touch { x, depth: -gap },
+            Bottom::Open => PieceOutcome::Clear,
         })
     }
 

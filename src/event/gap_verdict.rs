@@ -1,5 +1,5 @@
-//! The verdict on a gap over one step of a flight, from its cubic model with a certified remainder (theory 8). Times are counted from the
-//! start of the step \[s\].
+//! The verdict on a gap over one step of a flight, from its cubic model with a certified remainder (theory 8). A minimum that the cubic does
+//! not tell from zero is left to the motion itself, and to `touch.rs`. Times are counted from the start of the step \[s\].
 
 use crate::flow::gap_model::{GapModel, Shape};
 

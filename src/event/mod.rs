@@ -1,5 +1,5 @@
 //! Where the next impact is, and where a gap is lowest (theory 8). What a gap is along a motion: `model/contact.rs`,
-//! `flow/gap_row.rs`.
+//! `flow/gap_row.rs`; when a touch is an impact: `touch.rs`.
 
 pub(crate) mod bracket;
 pub(crate) mod certified;
@@ -15,5 +15,6 @@ pub(crate) mod roots;
 pub(crate) mod series;
 pub(crate) mod step_path;
 mod stride;
+mod touch;
 mod tracked_gap;
 pub(crate) mod walk;

@@ -1,5 +1,5 @@
 //! The next impact of an exact flight (theory 8): the first time \[s\] at which some gap \[m\] falls below zero by more than its rounding,
-//! traced back to its zero. Every step before is proved to hold none; touches within rounding (`GapRow::rounding`) are noted as grazes.
+//! traced back to its zero. Every step before is proved to hold none; touches within rounding (`touch.rs`) are noted as grazes.
 //! Integrated motions are searched in `polynomial.rs` and `certified.rs`, Taylor series in `series.rs`.
 
 use crate::error::Result;
@@ -8,6 +8,7 @@ use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::gap_verdict::{GapVerdict, from_contact, from_open};
 use crate::event::levels::PropagatorLevels;
 use crate::event::lowest::{GapEvaluator, Lowest};
+use crate::event::touch::Bottom;
 use crate::event::tracked_gap::TrackedGap;
 use crate::event::walk::STEPS_PER_REACH_CHECK;
 use crate::flow::gap_model::GapModel;
@@ -240,12 +241,12 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 observer.work(STEPS_PER_REACH_CHECK * self.state.len())?;
                 self.leave_out();
             }
-            // At the end or past it, a stop that is passed within rounding may have been reached before it.
+            // A gap at or below zero that falls at the end of the span, or past it, may have been zero before: the search goes on until it
+            // shows. A gap that only rests at zero never does, and at twice the span the search is over.
             let is_reached = |&stop: &usize| {
                 let [gap, speed, ..] = self.gaps[stop].model.c;
                 gap <= 0.0 && speed < 0.0
             };
-            // What rests there comes no further.
             if time >= span && (time >= 2.0 * span || !self.active.iter().any(is_reached)) {
                 return Ok(FirstEvent::NONE);
             }
@@ -329,7 +330,8 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
                 }
                 order => from_contact(model, order, step, gap.rounding(model)),
             };
-            // Of a stop left more slowly than the cubic can tell it counts that it stays within rounding.
+            // A stop may be left so slowly that the bound on the rest of the cubic hides its opening. Then the part of third order is judged
+            // alone, and it is enough that it stays within the rounding of the gap.
             if order == LATE && !matches!(ahead, GapVerdict::Clear) {
                 let soon = 1.0 / self.flow.fastest_rate();
                 let rounding = gap.rounding_after(&self.derivatives, step);
@@ -453,8 +455,9 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             let next = bracket.next(wanted, time);
             let step = next - time;
             time = next;
-            // Half the way is no sign that the zero is near, nor is a step that does not lead there; but times know no less
-            // than their last place, where a gap all of whose terms vanish at its contact is still above its rounding.
+            // The time is found if a step of Newton's, not one of bisection, leads to a gap that is zero to rounding. If all terms of the gap
+            // vanish at the contact, so does its rounding, and no double is that near: a gap that is zero within the last place of the time
+            // counts, too.
             let last_place = 2.0 * f64::EPSILON * time;
             let there = model.after(step);
             let rounding = self.gaps[stop].row.rounding(&model);
@@ -475,7 +478,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
 }
 
 /// What a gap does in a step in which it provably has one minimum: decided by its value there, which is that of the motion from
-/// the start of the flight. A minimum within rounding of zero is a touch; one below it is an impact.
+/// the start of the flight.
 #[cold]
 fn at_bottom<F: LinearFlow>(
     flow: &F,
@@ -485,17 +488,16 @@ fn at_bottom<F: LinearFlow>(
     near: f64,
 ) -> (Option<Lowest>, GapVerdict) {
     let (lowest, model) = GapEvaluator::new(flow, start).bottom(gap, between, near);
-    let rounding = gap.rounding(&model);
-    if lowest.gap < -rounding {
-        let back = (-lowest.gap / model.c[2]).sqrt();
-        let passed = lowest.time - between[0];
-        let at = (passed - back).max(0.0);
-        return (None, GapVerdict::Reached { at, passed });
+    match Bottom::of(lowest.gap, gap.rounding(&model)) {
+        Bottom::Passed => {
+            let back = (-lowest.gap / model.c[2]).sqrt();
+            let passed = lowest.time - between[0];
+            let at = (passed - back).max(0.0);
+            (None, GapVerdict::Reached { at, passed })
+        }
+        Bottom::Touch => (Some(lowest), GapVerdict::Clear),
+        Bottom::Open | Bottom::Undecided => (None, GapVerdict::Clear),
     }
-    (
-        (lowest.gap <= rounding).then_some(lowest),
-        GapVerdict::Clear,
-    )
 }
 
 /// The step to the zero of a falling gap, by Newton's method on its cubic; none where it does not fall. On a flight that began on

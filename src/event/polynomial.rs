@@ -4,6 +4,7 @@
 
 use crate::event::first_root::FirstRoot;
 use crate::event::roots::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
+use crate::event::touch::Bottom;
 use crate::tolerance::{ERROR_FACTOR, QUINTIC_ERROR_PART};
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
@@ -189,22 +190,19 @@ impl Quintic {
             let gap = (0..order).fold(there, |gap, _| gap * right);
             let is_minimum = right < 1.0 && there < before;
             let doubt = judgement.doubt(right);
-            if is_minimum && gap.abs() <= rounding + doubt && doubt > 0.5 * rounding {
-                return FirstRoot::Undecided { at: right };
-            }
-            if gap < -rounding {
-                let x = if before > 0.0 {
-                    bracketed_root(c, left, right)
-                } else {
-                    left
-                };
-                return FirstRoot::Crossing {
-                    at: x,
-                    passed: right,
-                };
-            }
-            if is_minimum && gap <= rounding {
-                touches.push((right, gap));
+            let doubt = (is_minimum && doubt > 0.5 * rounding).then_some(rounding + doubt);
+            match Bottom::in_step(gap, rounding, doubt) {
+                Bottom::Undecided => return FirstRoot::Undecided { at: right },
+                Bottom::Passed => {
+                    let at = if before > 0.0 {
+                        bracketed_root(c, left, right)
+                    } else {
+                        left
+                    };
+                    return FirstRoot::Crossing { at, passed: right };
+                }
+                Bottom::Touch if is_minimum => touches.push((right, gap)),
+                Bottom::Touch | Bottom::Open => {}
             }
             left = right;
         }

@@ -4,6 +4,7 @@
 use crate::event::first_root::FirstRoot;
 use crate::event::gap_verdict::{GapVerdict, from_contact, from_open};
 
+use crate::event::touch::Bottom;
 use crate::flow::BatchMotion;
 use crate::flow::gap_model::GapModel;
 use crate::flow::taylor::ROWS;
@@ -304,13 +305,14 @@ impl GapSeries {
                 GapVerdict::Clear => {}
                 GapVerdict::Dips { near } => {
                     let (bottom, gap, reached) = self.bottom(near, step);
-                    if gap < -rounding {
-                        let passed = at + bottom;
-                        let at = at + self.root(order, reached, bottom);
-                        return FirstRoot::Crossing { at, passed };
-                    }
-                    if gap <= rounding {
-                        touches.push((at + bottom, gap));
+                    match Bottom::of(gap, rounding) {
+                        Bottom::Passed => {
+                            let passed = at + bottom;
+                            let at = at + self.root(order, reached, bottom);
+                            return FirstRoot::Crossing { at, passed };
+                        }
+                        Bottom::Touch => touches.push((at + bottom, gap)),
+                        Bottom::Open | Bottom::Undecided => {}
                     }
                 }
                 GapVerdict::Reached { at: guess, passed } => {

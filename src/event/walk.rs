@@ -3,6 +3,7 @@
 use crate::error::Result;
 use crate::event::levels::PropagatorLevels;
 use crate::event::lowest::Lowest;
+use crate::event::touch::Bottom;
 use crate::flow::gap_model::{GapModel, Shape};
 use crate::flow::{GapRow, LinearFlow};
 use crate::modal::Pair;
@@ -28,10 +29,9 @@ pub(crate) struct FlightCheck {
 impl FlightCheck {
     /// Takes note of a minimum that is not clear of the margin.
     fn note(&mut self, lowest: Lowest, margin: f64) {
-        let slot = if lowest.gap < -margin {
-            &mut self.violation
-        } else {
-            &mut self.graze
+        let slot = match Bottom::of(lowest.gap, margin) {
+            Bottom::Passed => &mut self.violation,
+            _ => &mut self.graze,
         };
         if slot.is_none_or(|known| lowest.gap < known.gap) {
             *slot = Some(lowest);

@@ -7,8 +7,8 @@
 
 use crate::error::Result;
 use crate::tolerance::{
-    BENT_DIFFERENCE, CENTRAL_DIFFERENCE_STEP, DIFFERENCE_LEVELS, DIFFERENCE_RATIO, DOUBTFUL,
-    KINK_DISTANCE, KINK_LEVEL, SAME_DIFFERENCE, TERM_ROUNDINGS,
+    BENT_DIFFERENCE, CENTRAL_DIFFERENCE_STEP, DIFFERENCE_LEVELS, DIFFERENCE_RATIO,
+    DIFFERENCED_ROUNDING, DOUBTFUL, KINK_DISTANCE, KINK_LEVEL, SAME_DIFFERENCE,
 };
 use std::sync::{Mutex, PoisonError};
 
@@ -182,7 +182,7 @@ impl Differences {
             side.resize(base.len(), 0.0);
         }
         self.units = [self.sizes[0] + largest(q), self.sizes[1] + largest(v)];
-        self.rounding = TERM_ROUNDINGS * largest(base);
+        self.rounding = DIFFERENCED_ROUNDING * largest(base);
     }
 
     /// Writes the derivative of the acceleration along the k-th deviation.

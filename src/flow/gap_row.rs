@@ -188,8 +188,8 @@ impl GapRow {
         self
     }
 
-    /// With what turns with the forcing known to its amplitude only: a force that begins by a high derivative is far below the sums it
-    /// comes from.
+    /// The same with the terms that turn with the forcing counted by their amplitudes, whatever their values are: a force that begins slowly
+    /// from zero is for a while a small difference of large terms, and known to the rounding of these.
     pub fn with_whole_turning(mut self) -> Self {
         let [by_cos, by_sin] = self.turning.unwrap_or_default();
         self.size += by_cos + by_sin;
@@ -233,7 +233,8 @@ impl GapRow {
         larger(TERM_ROUNDINGS * terms, self.relative * model.size)
     }
 
-    /// What rounding leaves unknown of a gap at the most, relative to the size of its terms: its two are sums of them all.
+    /// A bound on [`rounding`](Self::rounding) in parts of the size of all terms of the gap, of which the clearance and the position are
+    /// sums.
     pub fn relative_rounding(&self) -> f64 {
         TERM_ROUNDINGS.max(self.relative)
     }

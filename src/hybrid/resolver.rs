@@ -1,6 +1,6 @@
 //! The resolver: from the regime that ends where a guard fell through zero to the next one. It strikes what is reached, completes impacts
-//! that accumulate, holds the stops that stay in contact, releases those whose force would pull (theory 8, 9). Impacts are completed by
-//! `accumulates` in `chatter.rs` (one stop alone) and by `are_spent` in `strike.rs` (several stops, or beside stops held).
+//! that accumulate, holds the stops that stay in contact, releases those whose force would pull (theory 8, 9). When impacts are completed
+//! is decided in `chatter.rs`; of orbits in `hybrid/chatter_map.rs`.
 
 mod at_once;
 mod chatter;
@@ -254,7 +254,8 @@ impl Resolver {
         self.zero_speed.clear();
         self.impulses.clear();
         let arrived = system.gap(reached);
-        // How many roundings may be left of the gap that was reached, and of others at that instant.
+        // The search leaves the gap of the stop reached at some roundings from zero. Stops whose gaps are no more of their own roundings
+        // from zero are reached at the same instant.
         let most_left = (arrived.gap / system.rounding(reached)).clamp(1.0, MOST_LEFT);
         let flight = self.flight_time(system);
         for stop in 0..system.n_stops() {
@@ -278,7 +279,8 @@ impl Resolver {
                 self.touching.push(stop);
             }
         }
-        // Flight after low flight the stop would be reached a rounding lower.
+        // Of flights so low each begins at the depth at which the one before ended, and ends a rounding deeper: the motion is moved back onto
+        // the stop.
         let is_low = arrived.speed.powi(2) < MOST_SUNK * (arrived.acceleration * arrived.gap).abs();
         if is_low && arrived.gap < -system.rounding(reached) {
             system.raise(reached)?;

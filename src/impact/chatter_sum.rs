@@ -1,8 +1,9 @@
 //! Impacts on one stop that accumulate, taken at once in the limit of low flights (theory 9). Formulas only: a run decides in
-//! `hybrid/resolver.rs` when it completes them, an orbit in `hybrid/chatter_map.rs`.
+//! `hybrid/resolver/chatter.rs` when it completes them, an orbit in `hybrid/chatter_map.rs`.
 //!
-//! With the speed `h' < 0` before an impact and the acceleration `h'' = a < 0` of the free motion, both constant but for what the
-//! flights are short in, each impact leaves `-e h'` and the next comes after `2 e h'/a`: geometric series with the ratio e.
+//! `h' < 0` is the speed before an impact, `h'' = a < 0` the acceleration of the free motion. The flights are so short that a does not
+//! change over all of them together: each impact leaves `-e h'`, and the next comes after `2 e h'/a` with the speed `e h'`. Speeds
+//! and times are geometric series with the ratio e.
 
 use crate::law::Newton;
 use nalgebra::DVector;
@@ -47,7 +48,8 @@ impl CompleteChatter {
         self.law.factor() / (1.0 - e) * share * self.speed
     }
 
-    /// The change of a state up to where they come to rest, from its rate before the first impact and its change by that impact.
+    /// The change of a state up to where they come to rest, from its rate before the first impact and its change by that impact. Orbits
+    /// change so; runs hold the stop instead.
     pub fn change(&self, rate: DVector<f64>, struck: DVector<f64>) -> DVector<f64> {
         rate * self.span() + struck / (1.0 - self.law.restitution)
     }

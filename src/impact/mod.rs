@@ -1,6 +1,7 @@
 //! The laws of one instant, as mathematics (theory 1, 9): recovery matrices and their audit, impacts of several stops, contact
-//! forces, the sum of impacts that accumulate, projection onto stops, saltation. The law of one stop is `law/newton.rs`, its impact
-//! on a moving scene `NormalImpacts::strike` in `hybrid`; when accumulating impacts are completed is decided in `hybrid/resolver.rs`.
+//! forces, the sum of impacts that accumulate, projection onto stops, saltation. The law of one stop is `law/newton.rs`;
+//! `NormalImpacts::strike` in `hybrid/system.rs` applies it to a scene, its stop at rest or moving. When accumulating impacts are
+//! completed is decided in `hybrid/resolver/chatter.rs`.
 
 mod audit;
 mod chatter_sum;

@@ -3,6 +3,11 @@
 //! whose acceleration has the same parts.
 //!
 //! Forcings are what a user gives; all equations of motion read the excitation that is made of them.
+//!
+//! The phase of the fundamental frequency (`Forcing::phase`) is in no amplitude here. Other forcings that are whole multiples of that
+//! frequency have the difference of their phase to it in their amplitudes, tones all of their phase (`place_of`). A motion gets it as the
+//! angle `w t + phase` of a `Moment`, whose phasor and its powers turn the harmonics: in steps, along series, in the maps of orbits. Runs in
+//! closed form have it in the amplitudes (`turned`, by `flow/timed_scene.rs`), and their moments are without it.
 
 use crate::model::constraint::Constraint;
 use crate::model::forcing::{Forcing, whole_multiple};

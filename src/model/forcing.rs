@@ -244,7 +244,7 @@ impl Forcing {
     }
 
     /// The phase of the fundamental frequency, that of the first forcing which has it; zero without forcing, NaN where there is no
-    /// period.
+    /// period. The number `Parameter::Phase` of a scene is that of the first part, which may be another.
     pub fn phase(&self) -> f64 {
         match self.timing() {
             Timing::Constant => 0.0,

@@ -1,4 +1,5 @@
-//! Periodic forces as sums of harmonics.
+//! Periodic forces as sums of harmonics. The phase is that of the first harmonic and shifts all of them in time: the k-th turns by k times
+//! it. What harmonics differ by is in their complex amplitudes. How a phase reaches the motion: `excitation.rs`.
 
 use crate::error::{Error, Result};
 use crate::quantity::{at_least_one, finite, finite_complex, finite_vector, is_finite, positive};

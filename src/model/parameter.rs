@@ -21,7 +21,7 @@ pub enum StopNumber {
 pub enum Parameter {
     /// The forcing frequency.
     Frequency,
-    /// The forcing phase.
+    /// The phase of the first periodic part of the forcing; the others go with it in time.
     Phase,
     /// A factor on the forcing amplitude.
     ForcingScale,

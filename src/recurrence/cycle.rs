@@ -6,8 +6,8 @@ use crate::recurrence::measure::Measure;
 use crate::tolerance::{RECURRENCE_ROUNDING, SAME_STATE};
 use nalgebra::{DMatrix, DVector};
 
-/// After how many strobes the states, one a row, repeat themselves: the smallest number up to a longest one for which all those after it
-/// are those that many before, at least as many as it, at most twice as many and four, the last ones. Zero where there is none.
+/// After how many strobes a motion repeats itself, by its states, one a row: the smallest number m up to a longest one for which the last
+/// `2m + 4` states, or as many as there are behind the first m, are each the state m strobes before. Zero where there is none.
 ///
 /// A slow convergence may look like a period before it is one.
 pub(crate) fn repeats_after(states: &DMatrix<f64>, measure: &Measure, longest: usize) -> usize {

@@ -1,4 +1,5 @@
-//! Whether states, motions that repeat themselves, and sets are one: the one judgement of it (theory 15).
+//! Whether states, motions that repeat themselves, and sets are one: the one judgement of it (theory 15). At which phase attractors are
+//! compared, and what becomes of sets that these do not tell apart, is said in `attractor/same_attractor.rs`.
 
 mod cycle;
 mod measure;

@@ -85,8 +85,10 @@ fn in_closed_form(
         modal: Arc::clone(&timed.modal),
         flow: Arc::clone(&timed.flow),
         regimes: Vec::new(),
+        // The amplitudes of a timed scene have the phase already.
         phase: 0.0,
     };
+    // For the phases of impacts in the records alone.
     let (phase, n_dof) = (scene.phase(), scene.n_dof());
     with_flow!(&*timed.flow, flow => {
         let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());

@@ -30,8 +30,9 @@ class Attractor(Record):
     n_periods : int
         Periods of the forcing in one of its own; 0 of what does not repeat itself.
     points : ndarray, shape (p, 2n)
-        Its states (q, v) [m, m/s] at the phase, one after the other; of what does not repeat itself a thousand. A thousand, or
-        one less, too of what comes to rest on a stop once in a period so long that rounding decides where it is in between.
+        Its states (q, v) [m, m/s] at the phase, one after the other; of what does not repeat itself a thousand. Of what
+        repeats itself because it comes to rest on a stop, while rounding decides where it is in between, a thousand too, or one
+        less if that is its period.
     exponents : ndarray, shape (2n,)
         Its Lyapunov exponents [1/s]; empty where an orbit has no multipliers.
     pattern : list

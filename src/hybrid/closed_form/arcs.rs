@@ -2,7 +2,6 @@
 
 use super::flight_sampler::FlightSampler;
 use super::system::ClosedForm;
-use crate::error::Result;
 use crate::event::next::{ContactSearch, Grazed};
 use crate::flow::{LinearFlow, ModalScene, RegimeMotion};
 use crate::hybrid::clock::Clock;
@@ -13,7 +12,6 @@ use crate::modal::{ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// A free flight.
 struct FreeArc<'s, 'a, F: LinearFlow> {
@@ -139,27 +137,23 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         }
     }
 
-    /// Records the rest of impacts on the first of some stops that accumulate, while the others are held, over a span: the motion along
-    /// all, with position and velocity where it begins. Of the normal speed none is left, and in the sum the impulses give what the
-    /// force of lasting contact gives.
+    /// Records what is left of impacts that accumulate, over a span: the motion along their stops, from a position and velocity.
     pub(super) fn record_rest(
-        &mut self,
-        stops: &[usize],
+        &self,
+        motion: &RegimeMotion,
+        (q, v): &PhysicalState,
         span: f64,
         recorder: &mut dyn Recorder,
-    ) -> Result<(Arc<RegimeMotion>, PhysicalState)> {
-        let regime = Regime::holding(stops);
-        let (motion, (q, v)) = (self.motion_in(&regime)?, self.settled(&regime)?);
+    ) {
         if recorder.wanted().arcs {
             let mut arc = RegimeArc {
-                motion: &motion,
+                motion,
                 at: self.moment(),
-                start: (&q, &v),
+                start: (q, v),
                 modal_state: self.scene.form.to_modal(q.as_slice(), v.as_slice()),
             };
             self.record_along(SegmentKind::Chatter, (span, None), &mut arc, recorder);
         }
-        Ok((motion, (q, v)))
     }
 
     /// Records a motion along stops from the present state; `last` as in [`record`](Self::record).

@@ -1,4 +1,5 @@
-//! Impacts on a state in modal pairs, and on first deviations from it (theory 7).
+//! Impacts on a state in modal pairs, and on first deviations from it (theory 7), for exponents and multipliers. Runs strike by
+//! `NormalImpacts::strike` in `hybrid/system.rs`.
 
 use crate::error::Result;
 use crate::flow::{ModalScene, along};

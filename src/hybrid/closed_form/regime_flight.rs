@@ -33,6 +33,16 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         Ok((q, v))
     }
 
+    /// The motion while some stops are held, and where it begins: the present position and velocity, moved onto them. What impacts that
+    /// accumulate give in all is what the forces of lasting contact give meanwhile.
+    pub(super) fn held_on(
+        &mut self,
+        stops: &[usize],
+    ) -> Result<(Arc<RegimeMotion>, PhysicalState)> {
+        let regime = Regime::holding(stops);
+        Ok((self.motion_in(&regime)?, self.settled(&regime)?))
+    }
+
     /// Some stops at a position.
     pub(super) fn stops_at(&self, stops: &[usize], q: &DVector<f64>) -> StopsAt {
         let g = &self.scene.geometry;

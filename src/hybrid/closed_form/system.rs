@@ -245,8 +245,8 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
         larger(self.search.rounding(stop), placed)
     }
 
-    /// Ten times the tolerances, at most the usual ones: an exact flight has errors of rounding alone, and a start farther inside a stop
-    /// than usual is none of its making.
+    /// Ten times the tolerances, or ten times the usual ones where they are wider: an exact flight has errors of rounding alone, whatever
+    /// the tolerances, and does not lead deeper inside a stop. A start that lies there is refused.
     fn margin(&self, stop: usize, size: f64) -> f64 {
         let usual =
             || Tolerance::USUAL.absolute * self.scene.geometry.normals.column(stop).lp_norm(1);
@@ -361,7 +361,8 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     ) -> Result<Vec<Vec<[f64; 2]>>> {
         // Beyond the order of its equations a linear motion has no derivative of its own.
         let last = 2 * self.scene.form.n_dof() + ORDERS_OF_INPUT;
-        // Who asks for orders by their number may ask for one more: what it changes the last one by in the rounding of a time.
+        // An order that is asked for by its number may be one higher: times the rounding of a time it tells how far the one below is known
+        // (`resolver/roundings.rs`).
         let end = if orders.end == usize::MAX {
             last + 1
         } else {
@@ -455,14 +456,17 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        let (motion, (q, v)) = self.record_rest(stops, span, recorder)?;
-        let (q, v) = motion.propagate(self.moment(), span, &q, &v);
+        let (motion, start) = self.held_on(stops)?;
+        self.record_rest(&motion, &start, span, recorder);
+        let (q, v) = motion.propagate(self.moment(), span, &start.0, &start.1);
         self.put((&q, &v), span);
         self.evaluate_gaps()
     }
 
     fn record_chatter(&mut self, stop: usize, recorder: &mut dyn Recorder) -> Result<()> {
-        self.record_rest(&[stop], 0.0, recorder).map(|_| ())
+        let (motion, start) = self.held_on(&[stop])?;
+        self.record_rest(&motion, &start, 0.0, recorder);
+        Ok(())
     }
 }
 

@@ -1,4 +1,5 @@
-//! The completion of impacts that accumulate (theory 9).
+//! The completion of impacts that accumulate, of integrated scenes (theory 9). In closed form it is `complete_chatter` in
+//! `closed_form/system.rs`.
 
 use super::scene::Integrated;
 use crate::error::Result;
@@ -11,7 +12,8 @@ use crate::model::Dynamics;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// Takes the present state to where the impacts on the first of some stops that accumulate come to rest, while the others are held.
-    /// What they give in all is what holding the stop gives meanwhile, so that is how the motion goes on: the rest of it moves over the time they take.
+    /// Their impulses add up to what the force of lasting contact gives in the same time: the motion goes on for that time with all of the
+    /// stops held, and so everything else moves as far as it does during the impacts.
     pub(super) fn complete(
         &mut self,
         stops: &[usize],

@@ -210,8 +210,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok((there - quintic.value(0.5)).abs())
     }
 
-    /// The gap that a flight left with, where it left a stop: rounding, or up to the margin where the run began so deep. It
-    /// returns to that: to zero it would have no way, if it is lower.
+    /// The gap at the start of a flight that left a stop: rounding, or as deep as the margin where the run began inside the stop. The flight
+    /// ends where the gap falls back to that: one that began below zero and stays low never comes above zero to fall through it.
     pub(super) fn departed(&self, stop: usize, order: usize) -> f64 {
         if order > 0 { self.gaps[stop].gap } else { 0.0 }
     }

@@ -415,6 +415,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     continue;
                 }
                 FirstRoot::Undecided { .. } if self.doubt.is_some() => break self.given_up(),
+                // A minimum that no step tells from zero is passed over, with what lies behind it in the step; a stop that is passed at the
+                // end of the step is met by the next one.
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };

@@ -1,11 +1,22 @@
-//! Impacts on one stop that accumulate: when what is left of them is completed at once (theory 9).
+//! Impacts that accumulate, in a run: when what is left of them is completed at once (theory 9, "Chatter").
+//!
+//! On one stop, with no other in contact (`accumulates`): the last two approach speeds are in the ratio e to `RATIO_TOL`;
+//! [`CHATTER_SAFETY`] times what the limit of low flights neglects is below the tolerance, or the next flight is lost in rounding; until
+//! they end the force goes on drawing the motion to the stop, and all others stay open. Otherwise, as on several stops or beside stops that
+//! are held (`are_spent`): impacts are gone through until their flights are rounding, and what is left of their speeds is taken away by
+//! impacts without restitution.
+//!
+//! In place of impacts on one stop the motion is moved onto it along b and held there for the time that they would take,
+//! `CompleteChatter::span` (`Holding::complete_chatter`). Those of orbits are completed in `hybrid/chatter_map.rs`.
 
 use super::{Resolved, Resolver};
 use crate::error::Result;
 use crate::hybrid::recorder::Recorder;
-use crate::hybrid::system::HybridSystem;
+use crate::hybrid::system::{GapState, HybridSystem};
 use crate::impact::CompleteChatter;
-use crate::tolerance::{CHATTER_SAFETY, GAP_ROUNDING, LOST_FLIGHT};
+use crate::model::impulses_of;
+use crate::tolerance::{CHATTER_SAFETY, GAP_ROUNDING, LOST_FLIGHT, SPEED_ROUNDING};
+use nalgebra::DVector;
 
 impl Resolver {
     /// Completes impacts that accumulate, those before the end of the run.
@@ -57,6 +68,149 @@ impl Resolver {
         let others = (0..system.n_stops()).filter(|&stop| stop != reached);
         stay_open(system, (reached, chatter), others)
     }
+
+    /// Whether each stop that is approached is struck for the last time, as the flight after it would rise by no more than rounding
+    /// ([`GAP_ROUNDING`]). That counts where the last two approach speeds are in the ratio of restitution, and where the flight before was
+    /// as low already and its length about that of a free fall: rounding alone keeps such flights up. After anything else an impact is the
+    /// last one if the speed that it leaves is rounding itself ([`SPEED_ROUNDING`]).
+    pub(super) fn are_spent<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Result<bool> {
+        // From most impacts flights rise by more than rounding, whatever came before.
+        let may_rest = |&stop: &usize| {
+            let GapState {
+                speed,
+                acceleration,
+                ..
+            } = system.gap(stop);
+            let departure = system.law(stop).departure(speed);
+            self.is_low((stop, departure), -acceleration, GAP_ROUNDING)
+        };
+        if self.held.is_empty() && !self.touching.iter().any(may_rest) {
+            return Ok(false);
+        }
+        let mut any = false;
+        for &stop in &self.touching {
+            let state = system.gap(stop);
+            if !self.closes_at(system, stop, state) {
+                continue;
+            }
+            let (law, speed) = (system.law(stop), -state.speed);
+            if !law.is_contracting() {
+                return Ok(false);
+            }
+            let pull = -self.drawn(system, (stop, state), &self.held)?;
+            let before = self.approaches[stop];
+            let is_regular = law.is_repeated(before, speed);
+            let is_low = |speed, part| self.is_low((stop, law.departure(speed)), pull, part);
+            let flight = self.departure.map(|then| then.until(system.clock()));
+            let is_fed = || {
+                let fall = 2.0 * law.restitution * before / pull;
+                is_low(before, GAP_ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
+            };
+            let rounding = if is_regular || is_fed() {
+                GAP_ROUNDING
+            } else {
+                SPEED_ROUNDING.powi(2)
+            };
+            if !is_low(speed, rounding) {
+                return Ok(false);
+            }
+            any = true;
+        }
+        Ok(any)
+    }
+
+    /// Whether a flight that leaves a stop at a speed, drawn back to it, rises by no more than a part of the motion.
+    fn is_low(&self, (stop, speed): (usize, f64), pull: f64, part: f64) -> bool {
+        0.25 * speed * speed < part * self.sizes[stop] * pull
+    }
+
+    /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
+    /// away. The rest of a sequence on one stop beside others that are held takes the time that it takes there; that of impacts on
+    /// several stops, whose order nobody knows, none.
+    #[cold]
+    pub(super) fn come_to_rest<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        t_end: f64,
+        recorder: &mut R,
+    ) -> Resolved {
+        let struck: Vec<usize> = self
+            .touching
+            .iter()
+            .copied()
+            .filter(|&stop| self.closes(system, stop))
+            .collect();
+        let lasting = self.lasting_rest(system, &struck)?;
+        if lasting.is_none() {
+            for &stop in &struck {
+                system.record_chatter(stop, recorder)?;
+            }
+        }
+        self.prior_sizes.fill(0.0);
+        self.note_prior_sizes(system)?;
+        let inelastic = DVector::zeros(self.touching.len());
+        if let Err(unresolved) = self.strike_together(system, &inelastic, None::<&mut R>)? {
+            return Ok(Err(unresolved));
+        }
+        system.evaluate_gaps()?;
+        // What the last impulses throw off others, and no higher than rounding before what rests draws it back, comes to rest with them.
+        let rest = self.zero_speed.clone();
+        for k in 0..self.touching.len() {
+            let stop = self.touching[k];
+            if rest.contains(&stop) {
+                continue;
+            }
+            let state = system.gap(stop);
+            let pull = -self.drawn(system, (stop, state), &rest)?;
+            if self.is_low((stop, state.speed), pull, GAP_ROUNDING) {
+                self.zero_speed.push(stop);
+            }
+        }
+        if let Some(span) = lasting {
+            let now = system.clock();
+            let left = now.until(now.at(t_end)).max(0.0);
+            let beside = self.touching.iter().filter(|&stop| !struck.contains(stop));
+            let all: Vec<usize> = struck.iter().chain(beside).copied().collect();
+            system.complete_chatter(&all, span.min(left), recorder)?;
+        }
+        self.settle(system)
+    }
+
+    /// The time that the rest of impacts takes on the one stop that is struck, where all others in contact are held and stay so, and
+    /// what is open stays open: they are those of a single stop, drawn to it by what the others leave of its acceleration.
+    fn lasting_rest<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        struck: &[usize],
+    ) -> Result<Option<f64>> {
+        let &[stop] = struck else {
+            return Ok(None);
+        };
+        let are_held = |other: &usize| *other == stop || self.held.contains(other);
+        if !self.touching.iter().all(are_held) {
+            return Ok(None);
+        }
+        let state = system.gap(stop);
+        let chatter = CompleteChatter {
+            law: system.law(stop),
+            speed: state.speed,
+            acceleration: self.drawn(system, (stop, state), &self.held)?,
+        };
+        let open = (0..system.n_stops()).filter(|other| !self.touching.contains(other));
+        let stays = chatter.acceleration < 0.0
+            && self.push_with(system, stop)?
+            && stay_open(system, (stop, chatter), open)?;
+        Ok(stays.then(|| chatter.span()))
+    }
+
+    /// Whether an impact on a stop presses all that are held, which stay closed.
+    fn push_with<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> Result<bool> {
+        let all: Vec<usize> = self.held.iter().copied().chain([stop]).collect();
+        let mut speeds = DVector::zeros(all.len());
+        speeds[all.len() - 1] = 1.0;
+        let impulses = impulses_of(&system.delassus(&all)?, &speeds)?;
+        Ok(impulses.iter().all(|impulse| *impulse >= 0.0))
+    }
 }
 
 /// The impacts on a stop that is about to be struck, if they accumulate.
@@ -70,7 +224,7 @@ fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChat
 }
 
 /// Whether other stops stay open while impacts on one accumulate, whatever their impulses, and what is left of the gap, do to them.
-pub(super) fn stay_open<Y: HybridSystem + ?Sized>(
+fn stay_open<Y: HybridSystem + ?Sized>(
     system: &Y,
     (reached, chatter): (usize, CompleteChatter),
     mut others: impl Iterator<Item = usize>,

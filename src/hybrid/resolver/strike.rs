@@ -1,16 +1,14 @@
-//! Impacts at one instant: each stop by itself, or the law of several together (theory 9); when impacts on several stops come to
-//! rest.
+//! Impacts at one instant: which stops are struck, and whether each by itself or by the law of several together (theory 9). The velocity
+//! after an impact on one stop is `NormalImpacts::strike` in `hybrid/system.rs`.
 
-use super::chatter::stay_open;
 use super::{Resolved, Resolver, Unresolved, least_speed};
-
 use crate::error::Result;
 use crate::hybrid::recorder::Recorder;
-use crate::hybrid::system::{GapState, HybridSystem, NormalImpact};
-use crate::impact::{CompleteChatter, Impact, resolve_impacts};
+use crate::hybrid::system::{HybridSystem, NormalImpact};
+use crate::impact::{Impact, resolve_impacts};
 use crate::model::impulses_of;
 use crate::quantity::positive_part;
-use crate::tolerance::{GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING, SPEED_ROUNDING};
+use crate::tolerance::{GAP_ROUNDING, IMPACT_RATE_MATCH, IMPULSE_ROUNDING};
 use nalgebra::{DMatrix, DVector};
 
 /// Number of earlier impacts whose speeds set the rounding of the next ones, in a check that debug builds alone make. [work]
@@ -64,7 +62,7 @@ impl Resolver {
 
     /// Takes note of the sizes of accelerations before and between impacts, where others than the stop that was reached are in
     /// contact.
-    fn note_prior_sizes<Y: HybridSystem + ?Sized>(&mut self, system: &Y) -> Result<()> {
+    pub(super) fn note_prior_sizes<Y: HybridSystem + ?Sized>(&mut self, system: &Y) -> Result<()> {
         if self.touching.len() > 1 {
             let sizes = system.acceleration_sizes(&self.touching)?;
             for (&stop, size) in self.touching.iter().zip(sizes) {
@@ -84,148 +82,6 @@ impl Resolver {
             .any(|(stop, other)| stop != other && system.is_coupled(stop, other))
     }
 
-    /// Whether the stops that are approached are struck for the last time: the impacts before were in the ratio of restitution, or
-    /// their flight rose by no more than rounding, which then feeds it, and flights from these would rise by no more than rounding;
-    /// or by what rounding leaves of that, whatever came before.
-    pub(super) fn are_spent<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Result<bool> {
-        // From most impacts flights rise by more than rounding, whatever came before.
-        let may_rest = |&stop: &usize| {
-            let GapState {
-                speed,
-                acceleration,
-                ..
-            } = system.gap(stop);
-            let departure = system.law(stop).departure(speed);
-            self.is_low((stop, departure), -acceleration, GAP_ROUNDING)
-        };
-        if self.held.is_empty() && !self.touching.iter().any(may_rest) {
-            return Ok(false);
-        }
-        let mut any = false;
-        for &stop in &self.touching {
-            let state = system.gap(stop);
-            if !self.closes_at(system, stop, state) {
-                continue;
-            }
-            let (law, speed) = (system.law(stop), -state.speed);
-            if !law.is_contracting() {
-                return Ok(false);
-            }
-            let pull = -self.drawn(system, (stop, state), &self.held)?;
-            let before = self.approaches[stop];
-            let is_regular = law.is_repeated(before, speed);
-            let is_low = |speed, part| self.is_low((stop, law.departure(speed)), pull, part);
-            let flight = self.departure.map(|then| then.until(system.clock()));
-            let is_fed = || {
-                let fall = 2.0 * law.restitution * before / pull;
-                is_low(before, GAP_ROUNDING) && flight.is_some_and(|flight| flight < 2.0 * fall)
-            };
-            let rounding = if is_regular || is_fed() {
-                GAP_ROUNDING
-            } else {
-                SPEED_ROUNDING.powi(2)
-            };
-            if !is_low(speed, rounding) {
-                return Ok(false);
-            }
-            any = true;
-        }
-        Ok(any)
-    }
-
-    /// Whether a flight that leaves a stop at a speed, drawn back to it, rises by no more than a part of the motion.
-    fn is_low(&self, (stop, speed): (usize, f64), pull: f64, part: f64) -> bool {
-        0.25 * speed * speed < part * self.sizes[stop] * pull
-    }
-
-    /// The end of impacts that lose speed, on several stops or beside stops that are held: what is left of the speeds is taken
-    /// away. The rest of a sequence on one stop beside others that are held takes the time that it takes there; that of impacts on
-    /// several stops, whose order nobody knows, none.
-    #[cold]
-    pub(super) fn come_to_rest<Y: HybridSystem + ?Sized, R: Recorder>(
-        &mut self,
-        system: &mut Y,
-        t_end: f64,
-        recorder: &mut R,
-    ) -> Resolved {
-        let struck: Vec<usize> = self
-            .touching
-            .iter()
-            .copied()
-            .filter(|&stop| self.closes(system, stop))
-            .collect();
-        let lasting = self.lasting_rest(system, &struck)?;
-        if lasting.is_none() {
-            for &stop in &struck {
-                system.record_chatter(stop, recorder)?;
-            }
-        }
-        self.prior_sizes.fill(0.0);
-        self.note_prior_sizes(system)?;
-        let inelastic = DVector::zeros(self.touching.len());
-        if let Err(unresolved) = self.strike_together(system, &inelastic, None::<&mut R>)? {
-            return Ok(Err(unresolved));
-        }
-        system.evaluate_gaps()?;
-        // What the last impulses throw off others, and no higher than rounding before what rests draws it back, comes to rest with them.
-        let rest = self.zero_speed.clone();
-        for k in 0..self.touching.len() {
-            let stop = self.touching[k];
-            if rest.contains(&stop) {
-                continue;
-            }
-            let state = system.gap(stop);
-            let pull = -self.drawn(system, (stop, state), &rest)?;
-            if self.is_low((stop, state.speed), pull, GAP_ROUNDING) {
-                self.zero_speed.push(stop);
-            }
-        }
-        if let Some(span) = lasting {
-            let now = system.clock();
-            let left = now.until(now.at(t_end)).max(0.0);
-            let beside = self.touching.iter().filter(|&stop| !struck.contains(stop));
-            let all: Vec<usize> = struck.iter().chain(beside).copied().collect();
-            system.complete_chatter(&all, span.min(left), recorder)?;
-        }
-        self.settle(system)
-    }
-
-    /// The time that the rest of impacts takes on the one stop that is struck, where all others in contact are held and stay so, and
-    /// what is open stays open: they are those of a single stop, drawn to it by what the others leave of its acceleration.
-    fn lasting_rest<Y: HybridSystem + ?Sized>(
-        &self,
-        system: &Y,
-        struck: &[usize],
-    ) -> Result<Option<f64>> {
-        let &[stop] = struck else {
-            return Ok(None);
-        };
-        let are_held = |other: &usize| *other == stop || self.held.contains(other);
-        if !self.touching.iter().all(are_held) {
-            return Ok(None);
-        }
-        let state = system.gap(stop);
-        let chatter = CompleteChatter {
-            law: system.law(stop),
-            speed: state.speed,
-            acceleration: self.drawn(system, (stop, state), &self.held)?,
-        };
-        let open = (0..system.n_stops()).filter(|other| !self.touching.contains(other));
-        let stays = chatter.acceleration < 0.0
-            && self.push_with(system, stop)?
-            && stay_open(system, (stop, chatter), open)?;
-        Ok(stays.then(|| chatter.span()))
-    }
-
-    /// Whether an impact on a stop presses all that are held, which stay closed.
-    fn push_with<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> Result<bool> {
-        let all: Vec<usize> = self.held.iter().copied().chain([stop]).collect();
-        let mut speeds = DVector::zeros(all.len());
-        speeds[all.len() - 1] = 1.0;
-        let impulses = impulses_of(&system.delassus(&all)?, &speeds)?;
-        Ok(impulses.iter().all(|impulse| *impulse >= 0.0))
-    }
-
     /// The restitution coefficients of the stops in contact.
     fn restitutions<Y: HybridSystem + ?Sized>(&self, system: &Y) -> DVector<f64> {
         let each = (self.touching.iter()).map(|&stop| system.law(stop).restitution);
@@ -233,7 +89,7 @@ impl Resolver {
     }
 
     /// The impacts of all stops in contact at one instant (Newton and Moreau), with their restitution coefficients.
-    fn strike_together<Y: HybridSystem + ?Sized, R: Recorder>(
+    pub(super) fn strike_together<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
         restitutions: &DVector<f64>,

@@ -1,5 +1,5 @@
-//! The outcome of the rules of contact for an orbit (theory 6): the worst breach, what is left open, touches. They are applied in
-//! `judge.rs`, `integrated.rs`, `lasting.rs`.
+//! The records of what the rules of contact say of an orbit (theory 6): the worst breach, what is left open, touches. The rules themselves
+//! are in `judge.rs`, `integrated.rs`, `lasting.rs`.
 
 use crate::error::digits;
 use crate::event::walk::FlightCheck;

@@ -1,5 +1,6 @@
 //! Admissibility of an orbit (theory 6): the stops hit are approached and pushed, and no stop is passed at any other
-//! time, by a search that proves what it passes over.
+//! time, by a search that proves what it passes over. A gap within [`ORBIT_MARGIN`] of the motion's size is a touch; an approach speed
+//! within that margin times the rate of the motion makes the impact a graze.
 
 use crate::error::Result;
 use crate::event::levels::PropagatorLevels;

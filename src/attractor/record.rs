@@ -15,8 +15,8 @@ pub struct Attractor {
     /// Periods of the forcing in one of its own; zero of what does not repeat itself.
     pub n_periods: usize,
     /// Its states (q, v) at the phase, one period of the forcing after the other, shape `(p, 2n)`, \[units of q and v\]. A cycle has one
-    /// for each of its periods, a set a thousand; so has, or one less, a motion that comes to rest on a stop once in a period so long that
-    /// rounding decides where it is in between.
+    /// for each of its periods, a set a thousand. A motion that repeats itself because it comes to rest on a stop, while rounding decides
+    /// where it is in between, has those of a set: a thousand, or one less if that is its period.
     pub points: DMatrix<f64>,
     /// Its Lyapunov exponents, the largest first, shape `(2n,)`, \[1/s\]; empty where it has no multipliers.
     pub exponents: Vec<f64>,
