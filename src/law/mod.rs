@@ -3,7 +3,6 @@
 
 mod contact_law;
 mod element_law;
-#[cfg(test)]
 mod example;
 mod guard;
 mod newton;
@@ -12,8 +11,7 @@ mod transition;
 
 pub(crate) use contact_law::{Action, LinearForce, Outcome};
 pub(crate) use element_law::Law;
-#[cfg(test)]
-pub(crate) use example::Cushion;
+pub use example::Cushion;
 pub(crate) use guard::{Guard, GuardKind};
 pub(crate) use newton::Newton;
 pub(crate) use regime::{ElementState, Regime};
