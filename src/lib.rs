@@ -48,7 +48,6 @@ pub use derivative::*;
 pub use error::{Error, Result};
 pub use exponents::*;
 pub use impact::*;
-pub use law::Cushion;
 pub use modal::{Modes, Spectrum, modes, spectrum};
 pub use model::*;
 pub use nalgebra;

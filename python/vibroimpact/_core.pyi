@@ -14,7 +14,6 @@ __all__ = [
     "BaseAcceleration",
     "BaseMotion",
     "Coefficients",
-    "Cushion",
     "DoublePendulum",
     "Energy",
     "Family",
@@ -333,17 +332,6 @@ class BaseAcceleration:
     def __getnewargs__(self) -> tuple[Signal]: ...
 
 @final
-class Cushion:
-    __hash__: ClassVar[None]  # type: ignore[assignment]
-    def __new__(cls, stiffness: float, damping: float) -> Self: ...
-    @property
-    def stiffness(self) -> float: ...
-    @property
-    def damping(self) -> float: ...
-    def __eq__(self, value: object, /) -> bool: ...
-    def __getnewargs__(self) -> tuple[float, float]: ...
-
-@final
 class Stop:
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def __new__(
@@ -355,10 +343,7 @@ class Stop:
         side: Literal["upper", "lower"] = "upper",
         reaction: Literal["inertia", "coordinate"] | ArrayLike | None = None,
         motion: _Motion | None = None,
-        contact: Cushion | None = None,
     ) -> Self: ...
-    @property
-    def contact(self) -> Cushion | None: ...
     @property
     def normal(self) -> int | _FloatArray: ...
     @property

@@ -11,6 +11,7 @@ pub(crate) enum Action {
     /// A force that keeps its gap at zero.
     Constraint,
     /// A force against its approach.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
     Force(LinearForce),
 }
 
@@ -40,6 +41,7 @@ pub(crate) enum Outcome {
     /// It is let go, unless it is held after all.
     Release,
     /// It goes on in another state.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
     Enters(ElementState),
 }
 

@@ -3,6 +3,7 @@
 
 mod contact_law;
 mod element_law;
+#[cfg(test)]
 mod example;
 mod guard;
 mod newton;
@@ -11,7 +12,8 @@ mod transition;
 
 pub(crate) use contact_law::{Action, LinearForce, Outcome};
 pub(crate) use element_law::Law;
-pub use example::Cushion;
+#[cfg(test)]
+pub(crate) use example::Cushion;
 pub(crate) use guard::{Guard, GuardKind};
 pub(crate) use newton::Newton;
 pub(crate) use regime::{ElementState, Regime};

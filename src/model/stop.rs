@@ -2,7 +2,7 @@
 //! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
-use crate::law::{Cushion, Law};
+use crate::law::Law;
 use crate::model::normal::Normal;
 use crate::model::reaction::Reaction;
 use crate::model::stop_motion::StopMotion;
@@ -142,21 +142,6 @@ impl Stop {
     pub(crate) fn with_law(mut self, law: Law) -> Self {
         self.law = law;
         self
-    }
-
-    /// The same stop, giving way.
-    #[must_use]
-    pub fn giving_way(mut self, cushion: Cushion) -> Self {
-        self.law = Law::Cushion(cushion);
-        self
-    }
-
-    /// What gives way, if something does.
-    pub fn cushion(&self) -> Option<Cushion> {
-        match self.law {
-            Law::Cushion(cushion) => Some(cushion),
-            Law::Newton(_) => None,
-        }
     }
 
     pub(crate) fn set_clearance(&mut self, clearance: f64) -> Result<()> {

@@ -74,9 +74,9 @@ mod _core {
     use super::modal::{PyModes, PyRecoveryAudit, audit_recovery, modes, recovery_matrix};
     #[pymodule_export]
     use super::model::{
-        _rayleigh_coefficients, PyBaseAcceleration, PyBaseMotion, PyCushion, PyDoublePendulum,
-        PyFourier, PyHarmonic, PyLinearSystem, PyLoad, PyNonlinearStop, PyNonlinearSystem,
-        PyPendulumChain, PyScene, PySignal, PyStop, PyWall, paper_scene, paper_system,
+        _rayleigh_coefficients, PyBaseAcceleration, PyBaseMotion, PyDoublePendulum, PyFourier,
+        PyHarmonic, PyLinearSystem, PyLoad, PyNonlinearStop, PyNonlinearSystem, PyPendulumChain,
+        PyScene, PySignal, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
     use super::objective::{_check_entry, _derivatives_but_multipliers, _objective_at};

@@ -29,7 +29,7 @@ pub(crate) use paper::{paper_scene, paper_system};
 pub(crate) use pendulum::{PyDoublePendulum, PyPendulumChain};
 pub(crate) use scene::PyScene;
 pub(crate) use signal::PySignal;
-pub(crate) use stop::{PyCushion, PyStop, PyWall, normals};
+pub(crate) use stop::{PyStop, PyWall, normals};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -1,6 +1,5 @@
 //! Stops and walls in Python.
 
-use crate::law::Cushion;
 use crate::model::{Constraint, Normal, Side, Stop, Wall, WallSide};
 use crate::python::answered::answered;
 use crate::python::argument;
@@ -26,59 +25,6 @@ fn side(value: &str) -> PyResult<Side> {
     }
 }
 
-/// Law of a stop that gives way: a force ``stiffness p + damping p'`` on the approach p = -gap, until the gap opens.
-///
-/// Parameters
-/// ----------
-/// stiffness, damping : float
-///     k [N/m] and c [N s/m].
-///
-/// Raises
-/// ------
-/// ValueError
-///     A number that is not finite.
-///
-/// Examples
-/// --------
-/// >>> import vibroimpact as vi
-/// >>> vi.Stop(0, 1.0, 0.0, contact=vi.Cushion(50.0, 1.0)).contact
-/// Cushion(stiffness=50, damping=1)
-#[pyclass(name = "Cushion", module = "vibroimpact", frozen, eq)]
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) struct PyCushion(Cushion);
-
-#[pymethods]
-impl PyCushion {
-    #[new]
-    fn new(stiffness: f64, damping: f64) -> PyResult<Self> {
-        Ok(Self(Cushion::new(stiffness, damping)?))
-    }
-
-    /// Stiffness [N/m].
-    #[getter]
-    fn stiffness(&self) -> f64 {
-        self.0.stiffness()
-    }
-
-    /// Damping [N s/m].
-    #[getter]
-    fn damping(&self) -> f64 {
-        self.0.damping()
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "Cushion(stiffness={}, damping={})",
-            self.stiffness(),
-            self.damping()
-        )
-    }
-
-    fn __getnewargs__(&self) -> (f64, f64) {
-        (self.stiffness(), self.damping())
-    }
-}
-
 /// Plane stop with gap ``clearance - n.q >= 0`` (upper side) or ``clearance + n.q >= 0`` (lower side).
 ///
 /// Parameters
@@ -97,8 +43,6 @@ impl PyCushion {
 /// motion : Harmonic, Fourier or signal, optional
 ///     How the stop moves by itself, added to its clearance: with one number for each amplitude, or a signal as in ``Load`` whose
 ///     slope is continuous; a run must stay within one that is not at rest at zero at its ends.
-/// contact : Cushion, optional
-///     The law of a stop that gives way; its restitution means nothing.
 ///
 /// Raises
 /// ------
@@ -124,13 +68,13 @@ pub(crate) struct PyStop(pub Stop);
 #[pymethods]
 impl PyStop {
     #[new]
-    #[pyo3(signature = (*arguments, **named), text_signature = "(normal, clearance, restitution, *, side=\"upper\", reaction=None, motion=None, contact=None)")]
+    #[pyo3(signature = (*arguments, **named), text_signature = "(normal, clearance, restitution, *, side=\"upper\", reaction=None, motion=None)")]
     fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         answered(arguments, named)
     }
 
     #[staticmethod]
-    #[pyo3(name = "_made", signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None, contact=None))]
+    #[pyo3(name = "_made", signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None))]
     fn made(
         normal: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::clearance)] clearance: f64,
@@ -138,23 +82,12 @@ impl PyStop {
         #[pyo3(from_py_with = argument::side)] side: &str,
         reaction: Option<&Bound<'_, PyAny>>,
         motion: Option<&Bound<'_, PyAny>>,
-        contact: Option<PyRef<'_, PyCushion>>,
     ) -> PyResult<Self> {
         let stop = Stop::new(self::normal("normal", normal)?, clearance, restitution)?;
         let stop = stop
             .on_side(self::side(side)?)
             .with_reaction(self::reaction(reaction)?)?;
-        let stop = stop.with_motion(self::motion(motion)?);
-        Ok(Self(match contact {
-            Some(contact) => stop.giving_way(contact.0),
-            None => stop,
-        }))
-    }
-
-    /// The law of a stop that gives way, or None.
-    #[getter]
-    fn contact(&self) -> Option<PyCushion> {
-        self.0.cushion().map(PyCushion)
+        Ok(Self(stop.with_motion(self::motion(motion)?)))
     }
 
     /// The normal [-] as given: index of a coordinate, or shape (n,).
@@ -222,7 +155,6 @@ impl PyStop {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         options.set_item("reaction", self.reaction(py)?)?;
-        options.set_item("contact", self.contact())?;
         options.set_item("motion", self.motion(py)?)?;
         Ok((
             (self.normal(py)?, self.clearance(), self.restitution()),
