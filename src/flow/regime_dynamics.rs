@@ -20,7 +20,7 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         self.forces_under(self.drive(at), q, v, a)
     }
 
-    /// The same with the elements that the forces are of.
+    /// The forces of all elements in contact, with what the laws of others than those held have.
     pub fn element_forces(
         &self,
         at: Moment,
@@ -29,7 +29,28 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         a: &mut [f64],
     ) -> Result<Vec<(usize, f64)>> {
         let elements = self.regime.constrained().iter().copied();
-        Ok(elements.zip(self.forces(at, q, v, a)?).collect())
+        let mut forces: Vec<_> = elements.zip(self.forces(at, q, v, a)?).collect();
+        for &(element, state) in self.regime.others() {
+            let own = self.own_force(element, state, at, (q, v))?;
+            forces.extend(own.map(|force| (element, force)));
+        }
+        Ok(forces)
+    }
+
+    /// The force of an element that its law gives in a state.
+    fn own_force(
+        &self,
+        element: usize,
+        state: ElementState,
+        at: Moment,
+        (q, v): (&[f64], &[f64]),
+    ) -> Result<Option<f64>> {
+        let contact = &self.contacts[element];
+        let Action::Force(force) = contact.law.by_state().action(state) else {
+            return Ok(None);
+        };
+        let gap = contact.along(|| at, (q, v, v), 0.0)?;
+        Ok(Some(force.at(gap.gap, gap.speed)))
     }
 
     /// Adds what the force of an element gives to an acceleration.
@@ -41,11 +62,8 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         (q, v): (&[f64], &[f64]),
         a: &mut [f64],
     ) -> Result<()> {
-        let contact = &self.contacts[element];
-        if let Action::Force(force) = contact.law.by_state().action(state) {
-            let gap = contact.along(|| at, (q, v, v), 0.0)?;
-            let reaction = contact.reaction(self.system, q)?;
-            let force = force.at(gap.gap, gap.speed);
+        if let Some(force) = self.own_force(element, state, at, (q, v))? {
+            let reaction = self.contacts[element].reaction(self.system, q)?;
             for (a, b) in a.iter_mut().zip(reaction.iter().flat_map(|b| b.iter())) {
                 *a -= b * force;
             }

@@ -53,6 +53,10 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn guards(&self, state: ElementState) -> &'static [GuardKind];
     /// What follows where a guard of a state falls through zero.
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome;
+    /// The energy that it stores in a state, at a gap \[J\].
+    fn stored(&self, _state: ElementState, _gap: f64) -> f64 {
+        0.0
+    }
     /// The restitution of its impacts, if it is rigid: its gap is never negative.
     fn restitution(&self) -> Option<f64> {
         None

@@ -32,6 +32,13 @@ impl ContactLaw for Cushion {
             _ => ElementState::Pressed,
         })
     }
+
+    fn stored(&self, state: ElementState, gap: f64) -> f64 {
+        match state {
+            ElementState::Pressed => 0.5 * self.0.stiffness * gap * gap,
+            _ => 0.0,
+        }
+    }
 }
 
 impl Cushion {

@@ -117,13 +117,15 @@ impl<'a> Ledger<'a> {
                 self.energetics.kinetic(&q, &v)?,
                 self.energetics.potential(&q)?,
             );
+            let (regime, at) = (self.path.regime_of(arc), self.equations.moment(arc, local));
+            let stored = self.equations.stored(regime, at, &q)?;
             let sum = kinetic + potential - works.forcing + works.damping + works.contact;
             energy.time.push(point.time);
             energy.kinetic.push(kinetic);
-            energy.potential.push(potential);
+            energy.potential.push(potential + stored);
             energy.forcing_work.push(works.forcing);
             energy.damping_loss.push(works.damping);
-            energy.impact_loss.push(works.contact);
+            energy.impact_loss.push(works.contact - stored);
             energy.balance.push(sum - *start.get_or_insert(sum));
         }
         Ok(energy)

@@ -97,7 +97,7 @@ impl<'a> PathEquations<'a> {
         Ok(a)
     }
 
-    /// The acceleration in a regime, and the stops that it holds with their forces.
+    /// The acceleration in a regime, and the stops in contact with their forces.
     ///
     /// # Errors
     /// What the functions of a nonlinear system or stop report.
@@ -119,6 +119,21 @@ impl<'a> PathEquations<'a> {
         Ok((a, forces))
     }
 
+    /// The energy that elements store in a regime at a position \[J\].
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear stop report.
+    pub fn stored(&self, regime: &Regime, at: Moment, q: &DVector<f64>) -> Result<f64> {
+        let q = q.as_slice();
+        let mut all = 0.0;
+        for &(element, state) in regime.others() {
+            let contact = &self.contacts[element];
+            let gap = contact.along(|| at, (q, q, q), 0.0)?.gap;
+            all += contact.law.by_state().stored(state, gap);
+        }
+        Ok(all)
+    }
+
     /// The acceleration of the motion as the path has it, at one of its points and the state there.
     ///
     /// # Errors
@@ -129,7 +144,7 @@ impl<'a> PathEquations<'a> {
         Ok(self.regime_acceleration(regime, at, q, v)?.0)
     }
 
-    /// The force of a stop in lasting contact; zero elsewhere, impacts that accumulate included.
+    /// The force of a stop in lasting contact, or of its own law; zero elsewhere, impacts that accumulate included.
     ///
     /// # Errors
     /// As [`regime_acceleration`](Self::regime_acceleration).
@@ -146,8 +161,12 @@ impl<'a> PathEquations<'a> {
         let at = self.moment(point.arc, point.local);
         let (_, forces) = self.regime_acceleration(regime, at, q, v)?;
         let own = forces.iter().find(|own| own.0 == stop);
-        // Where it is let go the force is zero to rounding.
-        Ok(own.map_or(0.0, |own| own.1.max(0.0)))
+        Ok(match own {
+            // Where it is let go the force is zero to rounding.
+            Some((_, force)) if regime.holds(stop) => force.max(0.0),
+            Some((_, force)) => *force,
+            None => 0.0,
+        })
     }
 
     /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the

@@ -36,5 +36,20 @@ fn a_free_body_is_given_back_what_another_law_says() {
             "{method}: {q}"
         );
         assert_eq!(run.impacts().len(), 0);
+        // What the spring has, and what the dashpot took.
+        let energy = run.energy().expect("kept");
+        let most = |values: &[f64]| values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        assert!(most(&energy.balance) < 1e-8, "{method}");
+        let taken = 0.64 * (1.0 - given_back * given_back);
+        let lost = energy.impact_loss.last().expect("a last row");
+        assert!((lost - taken).abs() < 1e-8, "{method}: {lost}");
+        // At the touch the dashpot alone pushes, apart from the stop nothing does.
+        let force = run.contact_force(0, Some(&[0.6, 0.625, 2.5]));
+        let force = force.expect("kept");
+        assert!(
+            (force[1] - 4.0 * ratio * rate * 0.8).abs() < 1e-6,
+            "{method}: {force:?}"
+        );
+        assert_eq!([force[0], force[2]], [0.0, 0.0], "{method}");
     }
 }
