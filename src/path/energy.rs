@@ -117,8 +117,7 @@ impl<'a> Ledger<'a> {
                 self.energetics.kinetic(&q, &v)?,
                 self.energetics.potential(&q)?,
             );
-            let (regime, at) = (self.path.regime_of(arc), self.equations.moment(arc, local));
-            let stored = self.equations.stored(regime, at, &q)?;
+            let stored = self.equations.stored(*point, &q)?;
             let sum = kinetic + potential - works.forcing + works.damping + works.contact;
             energy.time.push(point.time);
             energy.kinetic.push(kinetic);

@@ -119,16 +119,17 @@ impl<'a> PathEquations<'a> {
         Ok((a, forces))
     }
 
-    /// The energy that elements store in a regime at a position \[J\].
+    /// The energy that elements store at a point of the path and the position there \[J\].
     ///
     /// # Errors
     /// What the functions of a nonlinear stop report.
-    pub fn stored(&self, regime: &Regime, at: Moment, q: &DVector<f64>) -> Result<f64> {
+    pub fn stored(&self, point: PathPoint, q: &DVector<f64>) -> Result<f64> {
         let q = q.as_slice();
         let mut all = 0.0;
-        for &(element, state) in regime.others() {
+        for &(element, state) in self.path.regime_of(point.arc).others() {
             let contact = &self.contacts[element];
-            let gap = contact.along(|| at, (q, q, q), 0.0)?.gap;
+            let at = || self.moment(point.arc, point.local);
+            let gap = contact.along(at, (q, q, q), 0.0)?.gap;
             all += contact.law.by_state().stored(state, gap);
         }
         Ok(all)
@@ -161,12 +162,10 @@ impl<'a> PathEquations<'a> {
         let at = self.moment(point.arc, point.local);
         let (_, forces) = self.regime_acceleration(regime, at, q, v)?;
         let own = forces.iter().find(|own| own.0 == stop);
-        Ok(match own {
-            // Where it is let go the force is zero to rounding.
-            Some((_, force)) if regime.holds(stop) => force.max(0.0),
-            Some((_, force)) => *force,
-            None => 0.0,
-        })
+        let force = own.map_or(0.0, |own| own.1);
+        // Where a rigid stop is let go its force is zero to rounding.
+        let is_rigid = self.contacts[stop].law.is_rigid();
+        Ok(if is_rigid { force.max(0.0) } else { force })
     }
 
     /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the
