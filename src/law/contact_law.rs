@@ -57,6 +57,14 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn stored(&self, _state: ElementState, _gap: f64) -> f64 {
         0.0
     }
+    /// A contact force without what rounding makes of it: a rigid element pushes, to the instant when its force is zero and it is let go.
+    fn allowed(&self, force: f64) -> f64 {
+        if self.restitution().is_some() {
+            force.max(0.0)
+        } else {
+            force
+        }
+    }
     /// The restitution of its impacts, if it is rigid: its gap is never negative.
     fn restitution(&self) -> Option<f64> {
         None

@@ -163,9 +163,7 @@ impl<'a> PathEquations<'a> {
         let (_, forces) = self.regime_acceleration(regime, at, q, v)?;
         let own = forces.iter().find(|own| own.0 == stop);
         let force = own.map_or(0.0, |own| own.1);
-        // Where a rigid stop is let go its force is zero to rounding.
-        let is_rigid = self.contacts[stop].law.is_rigid();
-        Ok(if is_rigid { force.max(0.0) } else { force })
+        Ok(self.contacts[stop].law.by_state().allowed(force))
     }
 
     /// The impulses of some stops at a position that take a velocity away along their reactions: `N^T B p = N^T dv`, of many the
