@@ -50,7 +50,11 @@ pub(super) fn advance(
         Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
     let chord = problem.between(&from.place, &settled.iterate);
-    let factor = match judged(from, &settled, (&chord, settled.iterate.n_before_times())) {
+    let factor = match judged(
+        from,
+        &settled,
+        (&chord, settled.iterate.before_times().len()),
+    ) {
         Ok(factor) => factor,
         Err(reason) => {
             let detail = format!("{reason} at {}", digits(settled.iterate.value));

@@ -1,11 +1,11 @@
-//! Branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact whatever the number
-//! of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
+//! The formulation of branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact
+//! whatever the number of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
+//! Multipliers are counted, by the turns of their determinant along the unit circle.
 
-use crate::branch::equations::ParameterDerivative;
+use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ImpulseUnknowns, ParametricLoop};
-use crate::branch::problem::{BranchProblem, check_same, stretched};
+use crate::branch::problem::{BranchProblem, Formulation, check_same, stretched};
 use crate::branch::shooting_nodes::period;
-use crate::branch::special::Special;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::hybrid::ScaledUnits;
@@ -24,7 +24,7 @@ const MOST_POLISHINGS: usize = 3;
 impl BranchProblem<'_> {
     /// The problem and its loop with the impulses as unknowns, where the scene has many modes and these determine the motion; else both as
     /// they are.
-    pub fn by_pulses(self, place: ParametricLoop) -> Result<(Self, ParametricLoop)> {
+    pub fn by_impulses(self, place: ParametricLoop) -> Result<(Self, ParametricLoop)> {
         let scene = self.scene(place.value)?;
         let is_linear = scene.linear_system("continuation").is_ok();
         if !is_linear
@@ -35,7 +35,7 @@ impl BranchProblem<'_> {
             return Ok((self, place));
         }
         let reduced = Self {
-            has_pulses: true,
+            formulation: Formulation::Impulses,
             ..self.clone()
         };
         // At both ends of the range: where modes do not decay enough, all unknowns are needed.
@@ -77,15 +77,12 @@ impl BranchProblem<'_> {
         })
     }
 
-    /// The impulses of a loop, where they are the unknowns.
+    /// The impulses of a loop; none where they do not determine the motion.
     pub fn impulses_of(
         &self,
         scene: &Scene,
         state: &ShootingState,
     ) -> Result<Option<ImpulseUnknowns>> {
-        if !self.has_pulses {
-            return Ok(None);
-        }
         let equations = self.pulses(scene, None)?;
         Ok(equations.map(|equations| ImpulseUnknowns {
             changes: equations.train(&state.times, &state.states).changes,
@@ -93,14 +90,30 @@ impl BranchProblem<'_> {
         }))
     }
 
-    /// The linearised equations of a loop of impulses.
-    pub fn pulse_equations(&self, scene: &Scene, place: &ParametricLoop) -> LinearisedPulses {
+    fn linearised_impulses(&self, scene: &Scene, place: &ParametricLoop) -> LinearisedPulses {
         let (pulses, train) = place.train();
         pulses.linearised(&train, &self.units_in(scene))
     }
 
+    /// The equations of a loop: the gap of the stop and the law of restitution of each impact.
+    pub fn impulse_equations(&self, place: &ParametricLoop, scene: Arc<Scene>) -> Equations {
+        let LinearisedPulses {
+            rows,
+            right,
+            mismatch,
+        } = self.linearised_impulses(&scene, place);
+        Equations {
+            rows,
+            by_value: ParameterDerivative::default(),
+            right,
+            mismatch,
+            scene,
+            flights: None,
+        }
+    }
+
     /// Derivatives by the parameter, phases and impulses held.
-    pub fn pulses_by_value(
+    pub fn impulses_by_value(
         &self,
         place: &ParametricLoop,
         scene: &Scene,
@@ -117,7 +130,7 @@ impl BranchProblem<'_> {
             };
             Ok(equations.lacking(&train, &self.units_in(&there)))
         };
-        let here = || Ok(self.pulse_equations(scene, place).right);
+        let here = || Ok(self.linearised_impulses(scene, place).right);
         let [(high, upper), (low, lower)] = self.beside(place.value, &lacking, here)?;
         Ok(ParameterDerivative {
             column: (lower - upper) * (self.span() / (high - low)),
@@ -126,19 +139,19 @@ impl BranchProblem<'_> {
     }
 
     /// The matrix that is singular where a number is a multiplier.
-    pub fn pulse_variational(&self, place: &ParametricLoop, multiplier: f64) -> DMatrix<f64> {
+    pub fn impulse_variational(&self, place: &ParametricLoop, multiplier: f64) -> DMatrix<f64> {
         let (pulses, train) = place.train();
         let kernel = Kernel::new(pulses, &train, &pulses.before(&train));
         kernel.equations(pulses, &self.pulse_units(place), multiplier)
     }
 
     /// The eigenvector of a multiplier, as deviations of all states and times.
-    pub fn pulse_deviation(
+    pub fn impulse_deviation(
         &self,
         place: &ParametricLoop,
         multiplier: f64,
     ) -> Result<ShootingState> {
-        let rows = self.pulse_variational(place, multiplier);
+        let rows = self.impulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
         let (pulses, train) = place.train();
         let count = pulses.len();
@@ -154,28 +167,46 @@ impl BranchProblem<'_> {
     }
 
     /// How many multipliers lie outside the unit circle; `None` where that is not decided.
-    pub fn n_outside_of_pulses(&self, place: &ParametricLoop) -> Option<usize> {
+    pub fn n_outside_of_impulses(&self, place: &ParametricLoop) -> Option<usize> {
         let (pulses, train) = place.train();
         pulses.n_outside(&train, &self.pulse_units(place), MARGINAL)
     }
 
-    /// How many multipliers lie outside the circle at a special point, by more than those that cross it there; `None` where that is not
+    /// How many multipliers of an orbit at a value lie outside the circle, by more than those that cross it there; `None` where that is not
     /// decided.
-    pub fn n_well_outside(&self, special: &Special) -> Result<Option<usize>> {
-        let (value, range) = (special.parameter, self.range);
-        let (there, place) = BranchProblem::around(&special.orbit, self.make, value, range)?;
-        let (there, place) = there.by_pulses(place)?;
-        if !there.has_pulses {
+    pub fn impulses_well_outside(
+        &self,
+        orbit: &PeriodicOrbit,
+        value: f64,
+    ) -> Result<Option<usize>> {
+        self.impulses_at(orbit, value, |pulses, train, units| {
+            pulses.n_outside(train, units, MEETING)
+        })
+    }
+
+    /// The multiplier of an orbit at a value on the upper half of the unit circle, where one is.
+    pub fn impulses_at_circle(
+        &self,
+        orbit: &PeriodicOrbit,
+        value: f64,
+    ) -> Result<Option<Complex<f64>>> {
+        self.impulses_at(orbit, value, Pulses::on_circle)
+    }
+
+    /// What a function makes of the impulses of an orbit at a value; none where other unknowns are needed.
+    fn impulses_at<T>(
+        &self,
+        orbit: &PeriodicOrbit,
+        value: f64,
+        of: impl FnOnce(&Pulses, &PulseTrain, &ScaledUnits) -> Option<T>,
+    ) -> Result<Option<T>> {
+        let (there, place) = BranchProblem::around(orbit, self.make, value, self.range)?;
+        let (there, place) = there.by_impulses(place)?;
+        if there.formulation.has_images() {
             return Ok(None);
         }
         let (pulses, train) = place.train();
-        Ok(pulses.n_outside(&train, &there.pulse_units(&place), MEETING))
-    }
-
-    /// The multiplier of a loop on the upper half of the unit circle, where one is.
-    pub fn pulse_multiplier(&self, place: &ParametricLoop) -> Option<Complex<f64>> {
-        let (pulses, train) = place.train();
-        pulses.on_circle(&train, &self.pulse_units(place))
+        Ok(of(pulses, &train, &there.pulse_units(&place)))
     }
 
     fn pulse_units(&self, place: &ParametricLoop) -> ScaledUnits {
@@ -186,7 +217,7 @@ impl BranchProblem<'_> {
     }
 
     /// A loop moved along a direction: impulses, times and the parameter, and the states that follow from them.
-    pub fn moved_pulses(
+    pub fn moved_impulses(
         &self,
         place: &ParametricLoop,
         scene: &Scene,
@@ -229,27 +260,8 @@ impl BranchProblem<'_> {
         })
     }
 
-    /// The chord from a loop to another, in scaled unknowns.
-    pub fn between_pulses(&self, from: &ParametricLoop, to: &ParametricLoop) -> BranchDirection {
-        let ([one, other], count) = (
-            [from, to].map(|place| place.train().1),
-            from.train().0.len(),
-        );
-        let part = |i: usize| {
-            if i < count {
-                (other.changes[i] - one.changes[i]) / self.units.velocity
-            } else {
-                other.times[i - count] / to.clock - one.times[i - count] / from.clock
-            }
-        };
-        BranchDirection {
-            loop_part: DVector::from_fn(2 * count, |i, _| part(i)),
-            value_part: (to.value - from.value) / self.span(),
-        }
-    }
-
     /// The orbit of a loop.
-    pub fn orbit_of_pulses(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
+    pub fn orbit_of_impulses(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
         let (pulses, mut train) = place.train();
         let units = &self.units_in(&scene);
