@@ -40,6 +40,22 @@ pub(super) struct ParameterDerivative {
 }
 
 impl Equations {
+    /// The equations that a loop closes by, by their rows, minus their residual and how far it is from closing.
+    pub fn closing(
+        scene: Arc<Scene>,
+        (rows, right, mismatch): (DMatrix<f64>, DVector<f64>, f64),
+        flights: Option<Linearised>,
+    ) -> Self {
+        Self {
+            rows,
+            by_value: ParameterDerivative::default(),
+            right,
+            mismatch,
+            scene,
+            flights,
+        }
+    }
+
     /// The test function of branch points: it changes its sign where another branch is crossed, along the tangent of this one.
     pub fn crossing(&self, tangent: &BranchDirection) -> f64 {
         signed_volume(bordered(self, tangent))

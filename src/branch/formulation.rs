@@ -7,7 +7,8 @@ use crate::branch::multipliers::{n_outside, off_circle, own_multipliers, pair_at
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::{BranchProblem, Formulation};
 use crate::error::Result;
-use crate::orbit::{PeriodicOrbit, ShootingState};
+use crate::orbit::{PeriodicOrbit, Pulses, ShootingState};
+use crate::tolerance::MEETING;
 use nalgebra::{Complex, DMatrix};
 
 impl Formulation<'_> {
@@ -94,7 +95,7 @@ impl BranchProblem<'_> {
     ) -> Result<ParametricLoop> {
         match self.formulation {
             Formulation::Impulses => self.moved_impulses(place, &equations.scene, by),
-            _ => self.joined_flights(place, equations, by),
+            _ => self.joined_flights((place, equations, by)),
         }
     }
 
@@ -176,7 +177,9 @@ impl BranchProblem<'_> {
     /// How many multipliers of an orbit at a value lie outside the circle by more than those that cross it there, where they are counted alone.
     pub fn n_well_outside(&self, orbit: &PeriodicOrbit, value: f64) -> Result<Option<usize>> {
         match self.formulation {
-            Formulation::Impulses => self.impulses_well_outside(orbit, value),
+            Formulation::Impulses => self.impulses_at(orbit, value, |pulses, train, units| {
+                pulses.n_outside(train, units, MEETING)
+            }),
             _ => Ok(None),
         }
     }
@@ -202,7 +205,7 @@ impl BranchProblem<'_> {
         value: f64,
     ) -> Result<Option<Complex<f64>>> {
         match self.formulation {
-            Formulation::Impulses => self.impulses_at_circle(orbit, value),
+            Formulation::Impulses => self.impulses_at(orbit, value, Pulses::on_circle),
             _ => Ok(pair_at_circle(&own_multipliers(orbit)?.unwrap_or_default())),
         }
     }

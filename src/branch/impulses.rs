@@ -14,8 +14,8 @@ use crate::model::Scene;
 use crate::orbit::{
     Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ShootingState,
 };
-use crate::tolerance::{MANY_MODES, MARGINAL, MEETING, SINGULAR_ALONG_FOLD};
-use nalgebra::{Complex, DMatrix, DVector};
+use crate::tolerance::{MANY_MODES, MARGINAL, SINGULAR_ALONG_FOLD};
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Corrections of a loop that is closed already, by which its gaps become zero to rounding. `[work]`
@@ -97,19 +97,8 @@ impl BranchProblem<'_> {
 
     /// The equations of a loop: the gap of the stop and the law of restitution of each impact.
     pub fn impulse_equations(&self, place: &ParametricLoop, scene: Arc<Scene>) -> Equations {
-        let LinearisedPulses {
-            rows,
-            right,
-            mismatch,
-        } = self.linearised_impulses(&scene, place);
-        Equations {
-            rows,
-            by_value: ParameterDerivative::default(),
-            right,
-            mismatch,
-            scene,
-            flights: None,
-        }
+        let own = self.linearised_impulses(&scene, place);
+        Equations::closing(scene, (own.rows, own.right, own.mismatch), None)
     }
 
     /// Derivatives by the parameter, phases and impulses held.
@@ -154,11 +143,7 @@ impl BranchProblem<'_> {
         let rows = self.impulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
         let (pulses, train) = place.train();
-        let count = pulses.len();
-        let by = PulseTrain {
-            times: (0..count).map(|i| own[count + i] * place.clock).collect(),
-            changes: (0..count).map(|i| own[i] * self.units.velocity).collect(),
-        };
+        let by = self.train_of(&own, place.clock);
         Ok(ShootingState {
             states: pulses.deviations(&train, multiplier, &by),
             starts: by.times.clone(),
@@ -172,29 +157,8 @@ impl BranchProblem<'_> {
         pulses.n_outside(&train, &self.pulse_units(place), MARGINAL)
     }
 
-    /// How many multipliers of an orbit at a value lie outside the circle, by more than those that cross it there; `None` where that is not
-    /// decided.
-    pub fn impulses_well_outside(
-        &self,
-        orbit: &PeriodicOrbit,
-        value: f64,
-    ) -> Result<Option<usize>> {
-        self.impulses_at(orbit, value, |pulses, train, units| {
-            pulses.n_outside(train, units, MEETING)
-        })
-    }
-
-    /// The multiplier of an orbit at a value on the upper half of the unit circle, where one is.
-    pub fn impulses_at_circle(
-        &self,
-        orbit: &PeriodicOrbit,
-        value: f64,
-    ) -> Result<Option<Complex<f64>>> {
-        self.impulses_at(orbit, value, Pulses::on_circle)
-    }
-
     /// What a function makes of the impulses of an orbit at a value; none where other unknowns are needed.
-    fn impulses_at<T>(
+    pub fn impulses_at<T>(
         &self,
         orbit: &PeriodicOrbit,
         value: f64,
@@ -202,11 +166,23 @@ impl BranchProblem<'_> {
     ) -> Result<Option<T>> {
         let (there, place) = BranchProblem::around(orbit, self.make, value, self.range)?;
         let (there, place) = there.by_impulses(place)?;
-        if there.formulation.has_images() {
+        if place.impulses.is_none() {
             return Ok(None);
         }
         let (pulses, train) = place.train();
         Ok(of(pulses, &train, &there.pulse_units(&place)))
+    }
+
+    /// Scaled unknowns of a loop as impulses and times.
+    fn train_of(&self, scaled: &DVector<f64>, clock: f64) -> PulseTrain {
+        let (changes, times) = scaled.as_slice().split_at(scaled.len() / 2);
+        PulseTrain {
+            times: times.iter().map(|time| time * clock).collect(),
+            changes: changes
+                .iter()
+                .map(|own| own * self.units.velocity)
+                .collect(),
+        }
     }
 
     fn pulse_units(&self, place: &ParametricLoop) -> ScaledUnits {
@@ -228,16 +204,12 @@ impl BranchProblem<'_> {
         check_same(scene, &there, value)?;
         let state = stretched(&place.state, scene, &there);
         let equations = self.needed_pulses(&there, value, place.train().0)?;
-        let (count, clock) = (equations.len(), self.units_in(&there).time);
-        let before = place.train().1.changes;
-        let changes = before.iter().zip(by.loop_part.iter());
-        let times = state.times.iter().zip(by.loop_part.iter().skip(count));
-        let moved = PulseTrain {
-            times: times.map(|(t, late)| t + late * clock).collect(),
-            changes: changes
-                .map(|(own, more)| own + more * self.units.velocity)
-                .collect(),
+        let clock = self.units_in(&there).time;
+        let stretched = PulseTrain {
+            times: state.times.clone(),
+            changes: place.before_times().to_vec(),
         };
+        let moved = stretched.moved(&self.train_of(&by.loop_part, clock));
         let (starts, states) = if moved.times.is_empty() {
             let begin = state.times[0];
             (vec![begin], vec![equations.steady_at(begin)])
@@ -270,15 +242,7 @@ impl BranchProblem<'_> {
         for _ in 0..MOST_POLISHINGS.min(pulses.len()) {
             let tolerance = SINGULAR_ALONG_FOLD * own.rows.amax();
             let by = rank::solve(&own.rows, &own.right, tolerance)?.particular;
-            let count = pulses.len();
-            let moved = PulseTrain {
-                times: (0..count)
-                    .map(|i| train.times[i] + by[count + i] * place.clock)
-                    .collect(),
-                changes: (0..count)
-                    .map(|i| train.changes[i] + by[i] * units.velocity)
-                    .collect(),
-            };
+            let moved = train.moved(&self.train_of(&by, place.clock));
             let there = pulses.linearised(&moved, units);
             if there.mismatch >= own.mismatch {
                 break;

@@ -2,7 +2,7 @@
 //! after the other; the last has to end where the first begins (theory 19). Derivatives of the flights are exact, those by the parameter
 //! central differences.
 
-use crate::branch::equations::{Equations, ParameterDerivative};
+use crate::branch::equations::{BasePoint, Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::{BranchProblem, check_same, stretched};
 use crate::error::{Error, Result};
@@ -37,14 +37,12 @@ impl BranchProblem<'_> {
         let flights = with_shooting(&scene, &self.signature, |shooting, _| {
             shooting.linearised(state, units)
         })?;
-        Ok(Equations {
-            rows: flights.rows.clone(),
-            by_value: ParameterDerivative::default(),
-            right: flights.right.clone(),
-            mismatch: flights.mismatch,
-            scene,
-            flights: Some(flights),
-        })
+        let own = (
+            flights.rows.clone(),
+            flights.right.clone(),
+            flights.mismatch,
+        );
+        Ok(Equations::closing(scene, own, Some(flights)))
     }
 
     /// Derivatives of the residual and of the states by the parameter in parts of its range: central differences, instants held at their
@@ -94,24 +92,15 @@ impl BranchProblem<'_> {
         (equations, by_value): (&Equations, &ParameterDerivative),
         part: f64,
     ) -> Result<ParametricLoop> {
-        let by = BranchDirection {
-            loop_part: DVector::zeros(equations.rows.ncols()),
-            value_part: part,
-        };
         // A loop that was moved by another number belongs to another scene than the equations.
         let scene = &self.scene(place.value)?;
         let flights = equations.flights();
-        let moved = flights.deviations(&own_part(flights, &by));
-        self.moved_flights((place, scene), &moved, (by_value, part))
+        let held = flights.deviations(&DVector::zeros(flights.rows.ncols()));
+        self.moved_flights((place, scene), &held, (by_value, part))
     }
 
     /// A loop corrected along a direction, to first order: its flights are joined.
-    pub fn joined_flights(
-        &self,
-        place: &ParametricLoop,
-        equations: &Equations,
-        by: &BranchDirection,
-    ) -> Result<ParametricLoop> {
+    pub fn joined_flights(&self, (place, equations, by): BasePoint<'_>) -> Result<ParametricLoop> {
         let flights = equations.flights();
         let moved = flights.corrections(&own_part(flights, by));
         let by_value = (&equations.by_value, by.value_part);
@@ -119,12 +108,7 @@ impl BranchProblem<'_> {
     }
 
     /// A loop moved along a deviation, to first order: flights that are not joined stay so.
-    pub fn deviated(
-        &self,
-        place: &ParametricLoop,
-        equations: &Equations,
-        by: &BranchDirection,
-    ) -> Result<ParametricLoop> {
+    pub fn deviated(&self, (place, equations, by): BasePoint<'_>) -> Result<ParametricLoop> {
         let flights = equations.flights();
         let moved = flights.deviations(&own_part(flights, by));
         let by_value = (&equations.by_value, by.value_part);

@@ -281,7 +281,7 @@ impl CurveProblem<'_> {
             if closes {
                 problem.moved(&iterate.place, &at.first, &loop_direction)
             } else {
-                problem.deviated(&iterate.place, &at.first, &loop_direction)
+                problem.deviated((&iterate.place, &at.first, &loop_direction))
             }
         })?;
         let there = TwoParameterLoop {
