@@ -50,7 +50,7 @@ pub(super) fn advance(
         Err(failure) => return Ok(StepOutcome::Refused(failure)),
     };
     let chord = problem.between(&from.place, &settled.iterate);
-    let factor = match judged(from, &settled, (&chord, settled.iterate.n_before_times())) {
+    let factor = match judged(from, &settled, &chord) {
         Ok(factor) => factor,
         Err(reason) => {
             let detail = format!("{reason} at {}", digits(settled.iterate.value));
@@ -249,10 +249,10 @@ fn accepted(
 fn judged(
     from: &AcceptedPoint,
     settled: &CorrectedPoint,
-    (chord, before_times): (&BranchDirection, usize),
+    chord: &BranchDirection,
 ) -> std::result::Result<f64, &'static str> {
     let factor = step_factor(settled.contraction, settled.tangent.dot(&from.tangent))?;
-    let times = &chord.loop_part.as_slice()[before_times..];
+    let times = &chord.loop_part.as_slice()[settled.iterate.before_times().len()..];
     if times.iter().any(|shift| shift.abs() > STEP_PHASE_SHIFT) {
         return Err("an instant goes far");
     }

@@ -9,7 +9,6 @@
 
 use crate::branch::crossings::has_multiplier;
 use crate::branch::interpolation_locator::locate_by_interpolation;
-use crate::branch::multipliers::{own_multipliers, pair_at_circle};
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
@@ -17,7 +16,6 @@ use crate::branch::test_functions;
 use crate::branch::zero_problem::CorrectedPoint;
 use crate::continuation::{LocatedZero, evaluated, locate_zero};
 use crate::error::Result;
-use crate::orbit::PeriodicOrbit;
 use crate::tolerance::{TORUS_ON_CIRCLE, WELL_LOCATED_BIFURCATION};
 use nalgebra::Complex;
 use std::f64::consts::TAU;
@@ -130,33 +128,15 @@ fn torus(
     (from, to): (&AcceptedPoint, &AcceptedPoint),
     (length, before): (f64, usize),
 ) -> Result<Option<Special>> {
-    if problem.has_pulses {
-        // In scenes of many modes multipliers are counted only: bisection.
-        let off = |settled: &CorrectedPoint| {
-            let outside = problem.n_outside_of_pulses(&settled.iterate);
-            Ok(if outside == Some(before) { -1.0 } else { 1.0 })
-        };
-        let between = [length, -1.0, 1.0];
-        let found = located(problem, (from, to, SpecialKind::Torus), between, &off)?;
-        let (value, range) = (found.parameter, problem.range);
-        let (there, place) = BranchProblem::around(&found.orbit, problem.make, value, range)?;
-        let (there, place) = there.by_pulses(place)?;
-        return Ok(on_circle(found, there.pulse_multiplier(&place)));
-    }
-    let size = |orbit: &PeriodicOrbit| -> Result<(f64, usize)> {
-        let own = own_multipliers(orbit)?.unwrap_or_default();
-        let size = pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs());
-        // Without a margin: the pair is on the circle at the point itself.
-        Ok((size, own.iter().filter(|mu| mu.norm() > 1.0).count()))
-    };
     let off = |settled: &CorrectedPoint| -> Result<f64> {
-        let (size, outside) = size(&problem.orbit(&settled.iterate)?)?;
-        Ok(if outside == before { -size } else { size })
+        let (size, outside) = problem.off_circle(&settled.iterate, None)?;
+        Ok(if outside == Some(before) { -size } else { size })
     };
-    let between = [length, -size(&from.orbit)?.0, size(&to.orbit)?.0];
+    let [at_start, at_end] = [from, to].map(|own| problem.off_circle(&own.place, Some(&own.orbit)));
+    let between = [length, -at_start?.0, at_end?.0];
     let found = located(problem, (from, to, SpecialKind::Torus), between, &off)?;
-    let own = own_multipliers(&found.orbit)?.unwrap_or_default();
-    Ok(on_circle(found, pair_at_circle(&own)))
+    let pair = problem.pair_at_circle(&found.orbit, found.parameter)?;
+    Ok(on_circle(found, pair))
 }
 
 /// The torus with its rotation number, if a multiplier is on the circle there.

@@ -7,7 +7,7 @@ use crate::branch::reduced_motion::{self, LocatedBorder};
 use crate::branch::special::{Special, SpecialKind, of_meeting};
 use crate::continuation::{BranchEnd, EndReason};
 use crate::error::{Result, digits};
-use crate::tolerance::{BORDER_REACH, BRANCH_AT_REST, VANISHING_DURATION};
+use crate::tolerance::{BORDER_REACH, VANISHING_DURATION};
 
 /// The boundary at which an instant coincides with the next one, if one is given, or at which a short flight has no duration left, if it is
 /// located.
@@ -113,20 +113,10 @@ pub(super) fn ended(
         let end = named(BranchEnd::new(EndReason::Boundary, detail), Some(&met));
         return Ok(Some((end, Some(met))));
     }
-    Ok(is_at_rest(problem, own).then(|| {
+    Ok(problem.is_at_rest(&own.place).then(|| {
         let detail = format!("the motion comes to rest at {}", digits(own.place.value));
         (BranchEnd::new(EndReason::Boundary, detail), None)
     }))
-}
-
-/// Whether a motion that keeps its energy has come to rest.
-fn is_at_rest(problem: &BranchProblem<'_>, own: &AcceptedPoint) -> bool {
-    let fastest = own.place.state.states.iter().map(|x| {
-        let n = x.len() / 2;
-        x.rows(n, n).amax()
-    });
-    problem.energetics.is_some()
-        && fastest.fold(0.0, f64::max) <= BRANCH_AT_REST * problem.units.velocity
 }
 
 /// An end whose detail begins with the name of its boundary.

@@ -1,11 +1,11 @@
 //! `continuation`: from an orbit to the branch on which it lies.
 
-use crate::branch::energy::{energy_at, opens};
+use crate::branch::energy_level::energy_at;
 use crate::branch::half_branch::both_halves;
 use crate::branch::options::{ContinuationOptions, Virtual, check_range};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::AcceptedPoint;
-use crate::branch::problem::BranchProblem;
+use crate::branch::problem::{BranchProblem, Formulation};
 use crate::branch::result::Branch;
 use crate::branch::special::Special;
 use crate::branch::test_functions::TestFunctionValues;
@@ -133,7 +133,7 @@ pub fn continuation_over_energy(
     let make = |_: f64| Ok(orbit.scene().clone());
     let (problem, place) = BranchProblem::around(orbit, &make, start, between)?;
     let problem = BranchProblem {
-        energetics: Some(&energetics),
+        formulation: Formulation::EnergyLevel(&energetics),
         ..problem
     };
     from_orbit(orbit, (problem, place), options)
@@ -160,7 +160,7 @@ fn from_orbit(
     let begun = if options.symmetric == Some(true) {
         begun
     } else {
-        begun.0.by_pulses(begun.1)?
+        begun.0.by_impulses(begun.1)?
     };
     let (problem, place) = half_of(begun, options.symmetric)?;
     let first = first_point(&problem, place, orbit)?;
@@ -189,8 +189,8 @@ fn from_orbit(
         special: special.collect(),
         ends: joined.ends,
         is_closed: joined.is_closed,
-        keeps_energy: problem.energetics.is_some(),
-        outside: problem.has_pulses.then(Vec::new),
+        keeps_energy: problem.formulation.keeps_energy(),
+        outside: (problem.formulation.counts_multipliers()).then(Vec::new),
     };
     for (point, sign) in joined.points {
         branch.parameter.push(point.place.value);
@@ -264,25 +264,10 @@ fn first_point(
     }
     let all = directions(&equations)?;
     let [tangent] = all.as_slice() else {
-        let (value, rule) = if problem.energetics.is_some() {
-            (
-                "one of a family at this value",
-                "at one energy there are several: another family is crossed, or the scene can be shifted",
-            )
-        } else if problem.is_free {
-            (
-                "one of a family at this value",
-                "elastic impacts without damping leave one at each energy: continue in \"energy\" or add damping",
-            )
-        } else {
-            (
-                "one at which branches cross",
-                "it must be one beside it, or one of the special point's branches",
-            )
-        };
+        let (value, rule) = problem.formulation.several_directions(problem.is_free);
         return Err(Error::bad_value("orbit", value, rule));
     };
-    if problem.energetics.is_some() && opens(tangent) {
+    if problem.opens(tangent) {
         let rule = "orbits beside it must keep their energy too: elastic impacts and no damping";
         return Err(Error::bad_value(
             "orbit",

@@ -1,7 +1,6 @@
 //! Whether the multipliers that cross the unit circle on a step of a branch are those that its special points say, in number and in direction
 //! (theory 19).
 
-use crate::branch::multipliers::own_multipliers;
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
@@ -16,10 +15,7 @@ pub(super) fn has_multiplier(
     special: &Special,
     number: f64,
 ) -> Result<bool> {
-    if problem.has_pulses {
-        return Ok(true);
-    }
-    let own = own_multipliers(&special.orbit)?;
+    let own = problem.multipliers(&special.orbit)?;
     Ok(own.is_none_or(|own| {
         own.iter()
             .any(|mu| (mu - number).norm() < MULTIPLIER_AT_NUMBER)
@@ -50,11 +46,12 @@ pub(super) fn are_explained(
         counts.dedup();
     }
     counts.retain(|(outside, _)| *outside == after);
-    if problem.has_pulses || counts.is_empty() {
-        return Ok(!counts.is_empty());
+    if counts.is_empty() {
+        return Ok(false);
     }
     // Multipliers that leave the circle while as many others enter it do not show in the counts.
-    let (one, other) = (own_multipliers(&from.orbit)?, own_multipliers(&to.orbit)?);
+    let [one, other] = [from, to].map(|own| problem.multipliers(&own.orbit));
+    let (one, other) = (one?, other?);
     let (Some(one), Some(other)) = (one, other) else {
         return Ok(true);
     };
@@ -76,18 +73,16 @@ impl CircleCrossing {
             SpecialKind::Fold => usize::from(has_multiplier(problem, special, 1.0)?),
             _ => 1,
         };
-        if problem.has_pulses {
-            let outside = problem.n_well_outside(special)?;
-            let outside = outside.map(|outside| (outside, outside));
-            return Ok(Self { critical, outside });
-        }
-        let outside = own_multipliers(&special.orbit)?.map(|mut own| {
+        let outside = if let Some(mut own) = problem.multipliers(&special.orbit)? {
             for _ in 0..critical {
                 without_nearest(&mut own, special);
             }
             let beyond = |margin: f64| own.iter().filter(|mu| mu.norm() > 1.0 + margin).count();
-            (beyond(MEETING), beyond(-MEETING))
-        });
+            Some((beyond(MEETING), beyond(-MEETING)))
+        } else {
+            let count = problem.n_well_outside(&special.orbit, special.parameter)?;
+            count.map(|count| (count, count))
+        };
         Ok(Self { critical, outside })
     }
 

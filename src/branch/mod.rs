@@ -3,12 +3,13 @@
 //! Unknown are a periodic motion, as the states (q, v) at which its flights begin and the times of its events (`parametric_loop.rs`), and
 //! the value p of the number. They are scaled: positions and velocities by units of the motion, times by the forcing, so that they are
 //! phases \[rad\], and p by the range over which it may go; arclength \[-\] is the mean square of those of the motion beside that of p.
-//! `equations.rs` has the equations and their Jacobian, `zero_problem.rs` hands them to `continuation`, which makes the steps; `advance.rs`
-//! judges a step, `walk.rs` says what is done at each; `test_functions.rs` says what changes sign where, `bifurcations.rs` finds it
-//! with `continuation/locator.rs`, `boundary.rs` names the rule of contact that is broken there, `switching.rs` finds the branches
-//! that begin there. Of a branch that is there, `at_value.rs` gives the orbits at a value, `monitor.rs` the zeros of a user's function,
-//! `tree.rs` the branches that it meets, `beyond.rs` what becomes of motions past its boundaries. `curve` follows special points over two
-//! numbers.
+//! `equations.rs` has the equations and their Jacobian, which are asked of the formulation (`formulation.rs`): `shooting.rs`, `impulses.rs`
+//! in scenes of many modes, `energy_level.rs` where the energy is the number. `zero_problem.rs` hands them to `continuation`, which makes
+//! the steps; `advance.rs` judges a step, `walk.rs` says what is done at each; `test_functions.rs` says what changes sign where,
+//! `bifurcations.rs` finds it with `continuation/locator.rs`, `boundary.rs` names the rule of contact that is broken there, `switching.rs`
+//! finds the branches that begin there. Of a branch that is there, `at_value.rs` gives the orbits at a value, `monitor.rs` the zeros of a
+//! user's function, `tree.rs` the branches that it meets, `beyond.rs` what becomes of motions past its boundaries. `curve` follows special
+//! points over two numbers.
 
 mod accumulation;
 mod advance;
@@ -26,12 +27,13 @@ mod continued;
 mod crossings;
 mod curve;
 mod doubling_end;
-mod energy;
+mod energy_level;
 mod equations;
+mod formulation;
 mod half_branch;
+mod impulses;
 mod interpolation_locator;
 mod landing;
-mod many_modes;
 mod monitor;
 mod multipliers;
 mod options;
@@ -42,6 +44,7 @@ mod reduced_motion;
 mod release_onset;
 mod result;
 mod same_orbit;
+mod shooting;
 mod shooting_nodes;
 mod simulated;
 mod simulations_beyond;

@@ -34,10 +34,20 @@ impl std::fmt::Debug for ImpulseUnknowns {
 }
 
 impl ParametricLoop {
-    /// How many unknowns come before the times: the first state, or the impulses.
-    pub fn n_before_times(&self) -> usize {
-        let impulses = self.impulses.as_ref();
-        impulses.map_or(self.state.states[0].len(), |own| own.changes.len())
+    /// The unknowns that come before the times: the first state, or the impulses.
+    pub fn before_times(&self) -> &[f64] {
+        match &self.impulses {
+            Some(own) => &own.changes,
+            None => self.state.states[0].as_slice(),
+        }
+    }
+
+    /// How many of these are positions; the others are velocities.
+    pub fn n_positions(&self) -> usize {
+        match &self.impulses {
+            Some(_) => 0,
+            None => self.state.states[0].len() / 2,
+        }
     }
 
     /// The equations of a loop that is followed by its impulses, and its train.

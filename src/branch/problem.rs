@@ -1,5 +1,5 @@
-//! The continuation problem of a branch: a scene for each value of the parameter, what happens along its orbits, and the units of the
-//! unknowns.
+//! The continuation problem of a branch: a scene for each value of the parameter, what happens along its orbits, the formulation of its
+//! loops, and the units of the unknowns.
 
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::error::{Error, Result};
@@ -19,6 +19,18 @@ use std::sync::Arc;
 /// Scenes in a cache. `[work]`
 const MOST_RECENT_SCENES: usize = 4;
 
+/// What the unknowns of a loop are, and which equations it closes by (theory 19).
+#[derive(Clone, Copy)]
+pub(super) enum Formulation<'a> {
+    /// Shooting: the first state and the times of the instants; the last flight ends where the first begins.
+    Shooting,
+    /// The impulses and their times, each with the gap of its stop and the law of restitution ("Many modes").
+    Impulses,
+    /// Shooting on a level of energy, which is the parameter ("Families"): the energy is one equation more, by how much the loop is open
+    /// one unknown more.
+    EnergyLevel(&'a Energetics),
+}
+
 /// The continuation problem of a branch (theory 19): `G(Z, p) = 0` for loops Z of one signature in the scenes of p.
 #[derive(Clone)]
 pub(super) struct BranchProblem<'a> {
@@ -33,10 +45,7 @@ pub(super) struct BranchProblem<'a> {
     pub is_free: bool,
     /// Units of positions and velocities, and of time where nothing gives one.
     pub units: ScaledUnits,
-    /// The energy, where that is the parameter.
-    pub energetics: Option<&'a Energetics>,
-    /// Whether the unknowns of a loop are its impulses and their times (theory 19, "Many modes").
-    pub has_pulses: bool,
+    pub formulation: Formulation<'a>,
     pub recent: RecentScenes,
 }
 
@@ -76,8 +85,7 @@ impl<'a> BranchProblem<'a> {
             phase: scene.phase(),
             is_free: scene.frequency().is_none(),
             units,
-            energetics: None,
-            has_pulses: false,
+            formulation: Formulation::Shooting,
             recent: RecentScenes::default(),
         };
         let place = problem.place(&scene, value, state)?;
@@ -86,12 +94,15 @@ impl<'a> BranchProblem<'a> {
 
     /// A loop in the scene of a value.
     pub fn place(&self, scene: &Scene, value: f64, state: ShootingState) -> Result<ParametricLoop> {
-        let clock = self.units_in(scene).time;
+        let impulses = match self.formulation {
+            Formulation::Impulses => self.impulses_of(scene, &state)?,
+            _ => None,
+        };
         Ok(ParametricLoop {
             value,
-            impulses: self.impulses_of(scene, &state)?,
+            impulses,
             state,
-            clock,
+            clock: self.units_in(scene).time,
         })
     }
 
@@ -160,42 +171,41 @@ impl<'a> BranchProblem<'a> {
         each.fold(0.0, f64::max)
     }
 
-    /// How many unknowns a loop has: its first state (or impulses), its times, and one by which it is open where the energy is the parameter.
-    pub fn n_unknowns(&self, place: &ParametricLoop) -> usize {
-        let times = if self.is_empty() {
+    /// How many times are unknown.
+    fn n_times(&self) -> usize {
+        if self.is_empty() {
             0
         } else {
             self.signature.stages.len()
-        };
-        place.n_before_times() + times + usize::from(self.energetics.is_some())
+        }
     }
 
-    /// The chord from a loop to another, in scaled unknowns.
-    pub fn between(&self, from: &ParametricLoop, to: &ParametricLoop) -> BranchDirection {
-        if self.has_pulses {
-            return self.between_pulses(from, to);
+    /// How many unknowns a loop has: those before its times, these, and those after them.
+    pub fn n_unknowns(&self, place: &ParametricLoop) -> usize {
+        place.before_times().len() + self.n_times() + self.formulation.n_after_times()
+    }
+
+    /// The unit of an unknown before the times.
+    pub fn unit_before_times(&self, place: &ParametricLoop, unknown: usize) -> f64 {
+        if unknown < place.n_positions() {
+            self.units.position
+        } else {
+            self.units.velocity
         }
-        let unknowns = self.n_unknowns(from);
-        let two_n = from.state.states[0].len();
+    }
+
+    /// The chord from a closed loop to another, in scaled unknowns; those after the times are zero of both.
+    pub fn between(&self, from: &ParametricLoop, to: &ParametricLoop) -> BranchDirection {
+        let [one, other] = [from, to].map(ParametricLoop::before_times);
+        let before = one.iter().zip(other).enumerate();
+        let before = before.map(|(i, (a, b))| (b - a) / self.unit_before_times(from, i));
         let first = usize::from(self.is_free);
-        let part = |i: usize| {
-            if i < two_n {
-                let unit = if i < two_n / 2 {
-                    self.units.position
-                } else {
-                    self.units.velocity
-                };
-                (to.state.states[0][i] - from.state.states[0][i]) / unit
-            } else if self.energetics.is_some() && i + 1 == unknowns {
-                // Both loops are closed.
-                0.0
-            } else {
-                let k = i - two_n + first;
-                to.state.times[k] / to.clock - from.state.times[k] / from.clock
-            }
-        };
+        let times = (first..first + self.n_times())
+            .map(|k| to.state.times[k] / to.clock - from.state.times[k] / from.clock);
+        let after = std::iter::repeat_n(0.0, self.formulation.n_after_times());
+        let all: Vec<f64> = before.chain(times).chain(after).collect();
         BranchDirection {
-            loop_part: DVector::from_fn(unknowns, |i, _| part(i)),
+            loop_part: DVector::from_vec(all),
             value_part: (to.value - from.value) / self.span(),
         }
     }

@@ -44,9 +44,7 @@ impl BranchProblem<'_> {
         let zero = if self.is_free { first } else { 0.0 };
         let instants = instants.into_iter().map(|own| own.later(-zero)).collect();
         let (stages, state) = ShootingState::of_instants(instants, first - zero + period);
-        let has_pulses = self.has_pulses && stages.single_impacts().is_some();
-        let problem = Self {
-            has_pulses,
+        let mut problem = Self {
             signature: Signature {
                 stages,
                 n_periods: if self.is_free { 1 } else { n_periods },
@@ -57,6 +55,7 @@ impl BranchProblem<'_> {
         };
         let scene = problem.scene(value)?;
         let place = problem.place(&scene, value, state)?;
+        problem.formulation = problem.formulation.of_loop(&place);
         Ok((problem, place))
     }
 

@@ -92,13 +92,13 @@ pub(super) fn simulated<'a>(
         Ok(None) | Err(Error::BadValue { .. } | Error::NoConvergence { .. }) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let rest = BranchProblem {
-        has_pulses: problem.has_pulses && signature.stages.single_impacts().is_some(),
+    let mut rest = BranchProblem {
         signature,
         phase: scene.phase(),
         ..problem.clone()
     };
     let at = rest.place(&scene, value, state)?;
+    rest.formulation = rest.formulation.of_loop(&at);
     Ok(Some((rest, at)))
 }
 

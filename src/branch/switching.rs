@@ -3,11 +3,11 @@
 use crate::branch::beyond_boundary::orbit_beyond_boundary;
 use crate::branch::candidate::Candidate;
 use crate::branch::continuation_parameter::ContinuationParameter;
-use crate::branch::energy::energy_at;
+use crate::branch::energy_level::energy_at;
 use crate::branch::landing::with_landing_change;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{StepTarget, step_to};
-use crate::branch::problem::BranchProblem;
+use crate::branch::problem::{BranchProblem, Formulation};
 use crate::branch::reduced_motion::reduced_motion;
 use crate::branch::release_onset::with_flight;
 use crate::branch::shooting_nodes::period;
@@ -76,7 +76,7 @@ pub fn branches<'a>(
     if let ContinuationParameter::Energy = over {
         let (energetics, _) = energy_at(&special.orbit)?;
         let problem = BranchProblem {
-            energetics: Some(&energetics),
+            formulation: Formulation::EnergyLevel(&energetics),
             ..problem
         };
         return meeting(special, &(problem, place));
@@ -84,7 +84,7 @@ pub fn branches<'a>(
     if special.kind == SpecialKind::Pitchfork {
         return meeting(special, &(problem, place));
     }
-    meeting(special, &problem.by_pulses(place)?)
+    meeting(special, &problem.by_impulses(place)?)
 }
 
 /// The branches that meet a branch at a loop of its scenes.

@@ -20,7 +20,7 @@ impl BranchProblem<'_> {
 
     /// The loop of half a period, if the motion is its own mirror image and the scenes near its value are odd; and its problem.
     pub fn half(&self, place: &ParametricLoop) -> Result<Option<(Self, ParametricLoop)>> {
-        if self.has_pulses {
+        if !self.formulation.has_images() {
             return Ok(None);
         }
         let Signature {

@@ -1,7 +1,6 @@
 //! Test functions of a branch, which change their signs at bifurcations (theory 19).
 
 use crate::branch::equations::BasePoint;
-use crate::branch::multipliers::n_outside;
 use crate::branch::parametric_loop::BranchDirection;
 use crate::branch::problem::BranchProblem;
 use crate::error::Result;
@@ -41,23 +40,11 @@ impl TestFunctionValues {
         (place, equations, tangent): BasePoint<'_>,
         orbit: &PeriodicOrbit,
     ) -> Result<Self> {
-        let is_alone = orbit.scene().n_dof() == 1;
         Ok(Self {
             fold: fold(tangent),
-            // The multipliers of one coordinate that keeps its energy are both 1.
-            doubling: if is_alone && problem.energetics.is_some() {
-                1.0
-            } else {
-                problem.multiplier_test((place, Some(equations)), -1.0)?
-            },
+            doubling: problem.doubling_test(place, equations)?,
             crossing: equations.crossing(tangent),
-            outside: if problem.energetics.is_some() {
-                None
-            } else if problem.has_pulses {
-                problem.n_outside_of_pulses(place)
-            } else {
-                n_outside(orbit, false)?
-            },
+            outside: problem.n_outside(place, orbit)?,
         })
     }
 }

@@ -195,21 +195,10 @@ fn rescaled(problem: &mut BranchProblem<'_>, own: AcceptedPoint) -> Result<Accep
         return Ok(own);
     }
     let there = problem.in_units_of(&own.place)?;
-    let ratio = there.units.position / problem.units.position;
-    let faster = there.units.velocity / problem.units.velocity;
-    let before_times = own.place.n_before_times();
-    let positions = if problem.has_pulses {
-        0
-    } else {
-        before_times / 2
-    };
+    let unit = |of: &BranchProblem<'_>, i: usize| of.unit_before_times(&own.place, i);
     let mut border = own.tangent.clone();
-    let numbers = border.loop_part.as_mut_slice();
-    let (slow, fast) = numbers[..before_times].split_at_mut(positions);
-    for (part, unit) in [(slow, ratio), (fast, faster)] {
-        for x in part {
-            *x /= unit;
-        }
+    for i in 0..own.place.before_times().len() {
+        border.loop_part[i] /= unit(&there, i) / unit(problem, i);
     }
     let equations = there.equations(&own.place)?;
     let Some(tangent) = tangent(&equations, &border) else {

@@ -84,6 +84,17 @@ pub(crate) struct PulseTrain {
     pub changes: Vec<f64>,
 }
 
+impl PulseTrain {
+    /// The train with changes of its times and of its impulses.
+    pub fn moved(&self, by: &Self) -> Self {
+        let sum = |own: &[f64], more: &[f64]| own.iter().zip(more).map(|(a, b)| a + b).collect();
+        Self {
+            times: sum(&self.times, &by.times),
+            changes: sum(&self.changes, &by.changes),
+        }
+    }
+}
+
 impl Pulses {
     /// The equations in a scene, from a phase of its forcing at time zero; `None` where they do not say all: stops are held or struck
     /// together, impacts accumulate, a mode does not decay, nothing gives a period. What others have that the scene shares is taken from them.

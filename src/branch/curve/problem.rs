@@ -5,7 +5,7 @@ use crate::branch::boundary::is_broken;
 use crate::branch::curve::condition::Condition;
 use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
-use crate::branch::problem::{BranchProblem, RecentScenes, span_of, stretched};
+use crate::branch::problem::{BranchProblem, Formulation, RecentScenes, span_of, stretched};
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
 use crate::model::Scene;
@@ -144,8 +144,7 @@ impl CurveProblem<'_> {
             phase: self.phase,
             is_free: self.is_free,
             units: self.units,
-            energetics: None,
-            has_pulses: false,
+            formulation: Formulation::Shooting,
             recent: self.recent.beside(axis, [second, first][axis]),
         })
     }
@@ -282,7 +281,7 @@ impl CurveProblem<'_> {
             if closes {
                 problem.moved(&iterate.place, &at.first, &loop_direction)
             } else {
-                problem.deviated(&iterate.place, &at.first, &loop_direction)
+                problem.deviated((&iterate.place, &at.first, &loop_direction))
             }
         })?;
         let there = TwoParameterLoop {

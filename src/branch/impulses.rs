@@ -1,11 +1,11 @@
-//! Branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact whatever the number
-//! of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
+//! The formulation of branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact
+//! whatever the number of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
+//! Multipliers are counted, by the turns of their determinant along the unit circle.
 
-use crate::branch::equations::ParameterDerivative;
+use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ImpulseUnknowns, ParametricLoop};
-use crate::branch::problem::{BranchProblem, check_same, stretched};
+use crate::branch::problem::{BranchProblem, Formulation, check_same, stretched};
 use crate::branch::shooting_nodes::period;
-use crate::branch::special::Special;
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::hybrid::ScaledUnits;
@@ -14,8 +14,8 @@ use crate::model::Scene;
 use crate::orbit::{
     Clocked, Kernel, LinearisedPulses, PeriodicOrbit, PulseTrain, Pulses, ShootingState,
 };
-use crate::tolerance::{MANY_MODES, MARGINAL, MEETING, SINGULAR_ALONG_FOLD};
-use nalgebra::{Complex, DMatrix, DVector};
+use crate::tolerance::{MANY_MODES, MARGINAL, SINGULAR_ALONG_FOLD};
+use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Corrections of a loop that is closed already, by which its gaps become zero to rounding. `[work]`
@@ -24,7 +24,7 @@ const MOST_POLISHINGS: usize = 3;
 impl BranchProblem<'_> {
     /// The problem and its loop with the impulses as unknowns, where the scene has many modes and these determine the motion; else both as
     /// they are.
-    pub fn by_pulses(self, place: ParametricLoop) -> Result<(Self, ParametricLoop)> {
+    pub fn by_impulses(self, place: ParametricLoop) -> Result<(Self, ParametricLoop)> {
         let scene = self.scene(place.value)?;
         let is_linear = scene.linear_system("continuation").is_ok();
         if !is_linear
@@ -35,7 +35,7 @@ impl BranchProblem<'_> {
             return Ok((self, place));
         }
         let reduced = Self {
-            has_pulses: true,
+            formulation: Formulation::Impulses,
             ..self.clone()
         };
         // At both ends of the range: where modes do not decay enough, all unknowns are needed.
@@ -77,15 +77,12 @@ impl BranchProblem<'_> {
         })
     }
 
-    /// The impulses of a loop, where they are the unknowns.
+    /// The impulses of a loop; none where they do not determine the motion.
     pub fn impulses_of(
         &self,
         scene: &Scene,
         state: &ShootingState,
     ) -> Result<Option<ImpulseUnknowns>> {
-        if !self.has_pulses {
-            return Ok(None);
-        }
         let equations = self.pulses(scene, None)?;
         Ok(equations.map(|equations| ImpulseUnknowns {
             changes: equations.train(&state.times, &state.states).changes,
@@ -93,14 +90,19 @@ impl BranchProblem<'_> {
         }))
     }
 
-    /// The linearised equations of a loop of impulses.
-    pub fn pulse_equations(&self, scene: &Scene, place: &ParametricLoop) -> LinearisedPulses {
+    fn linearised_impulses(&self, scene: &Scene, place: &ParametricLoop) -> LinearisedPulses {
         let (pulses, train) = place.train();
         pulses.linearised(&train, &self.units_in(scene))
     }
 
+    /// The equations of a loop: the gap of the stop and the law of restitution of each impact.
+    pub fn impulse_equations(&self, place: &ParametricLoop, scene: Arc<Scene>) -> Equations {
+        let own = self.linearised_impulses(&scene, place);
+        Equations::closing(scene, (own.rows, own.right, own.mismatch), None)
+    }
+
     /// Derivatives by the parameter, phases and impulses held.
-    pub fn pulses_by_value(
+    pub fn impulses_by_value(
         &self,
         place: &ParametricLoop,
         scene: &Scene,
@@ -117,7 +119,7 @@ impl BranchProblem<'_> {
             };
             Ok(equations.lacking(&train, &self.units_in(&there)))
         };
-        let here = || Ok(self.pulse_equations(scene, place).right);
+        let here = || Ok(self.linearised_impulses(scene, place).right);
         let [(high, upper), (low, lower)] = self.beside(place.value, &lacking, here)?;
         Ok(ParameterDerivative {
             column: (lower - upper) * (self.span() / (high - low)),
@@ -126,26 +128,22 @@ impl BranchProblem<'_> {
     }
 
     /// The matrix that is singular where a number is a multiplier.
-    pub fn pulse_variational(&self, place: &ParametricLoop, multiplier: f64) -> DMatrix<f64> {
+    pub fn impulse_variational(&self, place: &ParametricLoop, multiplier: f64) -> DMatrix<f64> {
         let (pulses, train) = place.train();
         let kernel = Kernel::new(pulses, &train, &pulses.before(&train));
         kernel.equations(pulses, &self.pulse_units(place), multiplier)
     }
 
     /// The eigenvector of a multiplier, as deviations of all states and times.
-    pub fn pulse_deviation(
+    pub fn impulse_deviation(
         &self,
         place: &ParametricLoop,
         multiplier: f64,
     ) -> Result<ShootingState> {
-        let rows = self.pulse_variational(place, multiplier);
+        let rows = self.impulse_variational(place, multiplier);
         let own = rank::weakest(&rows, 1)?.column(0).into_owned();
         let (pulses, train) = place.train();
-        let count = pulses.len();
-        let by = PulseTrain {
-            times: (0..count).map(|i| own[count + i] * place.clock).collect(),
-            changes: (0..count).map(|i| own[i] * self.units.velocity).collect(),
-        };
+        let by = self.train_of(&own, place.clock);
         Ok(ShootingState {
             states: pulses.deviations(&train, multiplier, &by),
             starts: by.times.clone(),
@@ -154,28 +152,37 @@ impl BranchProblem<'_> {
     }
 
     /// How many multipliers lie outside the unit circle; `None` where that is not decided.
-    pub fn n_outside_of_pulses(&self, place: &ParametricLoop) -> Option<usize> {
+    pub fn n_outside_of_impulses(&self, place: &ParametricLoop) -> Option<usize> {
         let (pulses, train) = place.train();
         pulses.n_outside(&train, &self.pulse_units(place), MARGINAL)
     }
 
-    /// How many multipliers lie outside the circle at a special point, by more than those that cross it there; `None` where that is not
-    /// decided.
-    pub fn n_well_outside(&self, special: &Special) -> Result<Option<usize>> {
-        let (value, range) = (special.parameter, self.range);
-        let (there, place) = BranchProblem::around(&special.orbit, self.make, value, range)?;
-        let (there, place) = there.by_pulses(place)?;
-        if !there.has_pulses {
+    /// What a function makes of the impulses of an orbit at a value; none where other unknowns are needed.
+    pub fn impulses_at<T>(
+        &self,
+        orbit: &PeriodicOrbit,
+        value: f64,
+        of: impl FnOnce(&Pulses, &PulseTrain, &ScaledUnits) -> Option<T>,
+    ) -> Result<Option<T>> {
+        let (there, place) = BranchProblem::around(orbit, self.make, value, self.range)?;
+        let (there, place) = there.by_impulses(place)?;
+        if place.impulses.is_none() {
             return Ok(None);
         }
         let (pulses, train) = place.train();
-        Ok(pulses.n_outside(&train, &there.pulse_units(&place), MEETING))
+        Ok(of(pulses, &train, &there.pulse_units(&place)))
     }
 
-    /// The multiplier of a loop on the upper half of the unit circle, where one is.
-    pub fn pulse_multiplier(&self, place: &ParametricLoop) -> Option<Complex<f64>> {
-        let (pulses, train) = place.train();
-        pulses.on_circle(&train, &self.pulse_units(place))
+    /// Scaled unknowns of a loop as impulses and times.
+    fn train_of(&self, scaled: &DVector<f64>, clock: f64) -> PulseTrain {
+        let (changes, times) = scaled.as_slice().split_at(scaled.len() / 2);
+        PulseTrain {
+            times: times.iter().map(|time| time * clock).collect(),
+            changes: changes
+                .iter()
+                .map(|own| own * self.units.velocity)
+                .collect(),
+        }
     }
 
     fn pulse_units(&self, place: &ParametricLoop) -> ScaledUnits {
@@ -186,7 +193,7 @@ impl BranchProblem<'_> {
     }
 
     /// A loop moved along a direction: impulses, times and the parameter, and the states that follow from them.
-    pub fn moved_pulses(
+    pub fn moved_impulses(
         &self,
         place: &ParametricLoop,
         scene: &Scene,
@@ -197,16 +204,12 @@ impl BranchProblem<'_> {
         check_same(scene, &there, value)?;
         let state = stretched(&place.state, scene, &there);
         let equations = self.needed_pulses(&there, value, place.train().0)?;
-        let (count, clock) = (equations.len(), self.units_in(&there).time);
-        let before = place.train().1.changes;
-        let changes = before.iter().zip(by.loop_part.iter());
-        let times = state.times.iter().zip(by.loop_part.iter().skip(count));
-        let moved = PulseTrain {
-            times: times.map(|(t, late)| t + late * clock).collect(),
-            changes: changes
-                .map(|(own, more)| own + more * self.units.velocity)
-                .collect(),
+        let clock = self.units_in(&there).time;
+        let stretched = PulseTrain {
+            times: state.times.clone(),
+            changes: place.before_times().to_vec(),
         };
+        let moved = stretched.moved(&self.train_of(&by.loop_part, clock));
         let (starts, states) = if moved.times.is_empty() {
             let begin = state.times[0];
             (vec![begin], vec![equations.steady_at(begin)])
@@ -229,27 +232,8 @@ impl BranchProblem<'_> {
         })
     }
 
-    /// The chord from a loop to another, in scaled unknowns.
-    pub fn between_pulses(&self, from: &ParametricLoop, to: &ParametricLoop) -> BranchDirection {
-        let ([one, other], count) = (
-            [from, to].map(|place| place.train().1),
-            from.train().0.len(),
-        );
-        let part = |i: usize| {
-            if i < count {
-                (other.changes[i] - one.changes[i]) / self.units.velocity
-            } else {
-                other.times[i - count] / to.clock - one.times[i - count] / from.clock
-            }
-        };
-        BranchDirection {
-            loop_part: DVector::from_fn(2 * count, |i, _| part(i)),
-            value_part: (to.value - from.value) / self.span(),
-        }
-    }
-
     /// The orbit of a loop.
-    pub fn orbit_of_pulses(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
+    pub fn orbit_of_impulses(&self, place: &ParametricLoop) -> Result<PeriodicOrbit> {
         let scene = self.scene(place.value)?;
         let (pulses, mut train) = place.train();
         let units = &self.units_in(&scene);
@@ -258,15 +242,7 @@ impl BranchProblem<'_> {
         for _ in 0..MOST_POLISHINGS.min(pulses.len()) {
             let tolerance = SINGULAR_ALONG_FOLD * own.rows.amax();
             let by = rank::solve(&own.rows, &own.right, tolerance)?.particular;
-            let count = pulses.len();
-            let moved = PulseTrain {
-                times: (0..count)
-                    .map(|i| train.times[i] + by[count + i] * place.clock)
-                    .collect(),
-                changes: (0..count)
-                    .map(|i| train.changes[i] + by[i] * units.velocity)
-                    .collect(),
-            };
+            let moved = train.moved(&self.train_of(&by, place.clock));
             let there = pulses.linearised(&moved, units);
             if there.mismatch >= own.mismatch {
                 break;
