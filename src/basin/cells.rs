@@ -157,7 +157,7 @@ impl RunVisitor for Cells<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "basins with method=\"exact\"";
 
-    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<()> {
+    fn visit(self, make: &RunMaker<'_, '_>, _: Evaluator) -> Result<()> {
         let Self {
             scene,
             targets,
@@ -168,7 +168,7 @@ impl RunVisitor for Cells<'_> {
         } = self;
         let n = scene.n_dof();
         let own_phase = scene.phase();
-        let work = |run: &mut Box<AnyRun<'a>>, i: usize| {
+        let work = |run: &mut Box<AnyRun<'_>>, i: usize| {
             let row = states.row(i);
             let part = |first: usize| row.columns(first, n).transpose();
             let start: f64 = wait(period, own_phase, phases[i]);

@@ -162,7 +162,7 @@ impl RunVisitor for Exponents<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "lyapunov_exponents with method=\"exact\"";
 
-    fn visit<'a>(self, make: &RunMaker<'_, 'a>, evaluator: Evaluator) -> Result<Self::Output> {
+    fn visit(self, make: &RunMaker<'_, '_>, evaluator: Evaluator) -> Result<Self::Output> {
         if matches!(evaluator, Evaluator::Exact { .. }) {
             let timed = TimedScene::of(self.scene, Self::BY_EXACT_FLIGHTS)?;
             let tangents = ModalTangents::new(&timed);

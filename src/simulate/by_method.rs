@@ -26,7 +26,7 @@ pub(crate) trait RunVisitor: Sized {
     const BY_EXACT_FLIGHTS: &'static str;
 
     /// Takes what makes runs, and what reads the arcs that they keep but for motions with stops held, which a run leaves behind.
-    fn visit<'a>(self, make: &RunMaker<'_, 'a>, evaluator: Evaluator) -> Result<Self::Output>;
+    fn visit(self, make: &RunMaker<'_, '_>, evaluator: Evaluator) -> Result<Self::Output>;
 
     /// Takes runs along Taylor series, which may be computed in a batch.
     fn visit_series<'a, S: State, D: Dynamics + 'a>(

@@ -33,7 +33,7 @@ impl RunVisitor for OntoStops {
 
     const BY_EXACT_FLIGHTS: &'static str = "a state put onto stops with method=\"exact\"";
 
-    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<PhysicalState> {
+    fn visit(self, make: &RunMaker<'_, '_>, _: Evaluator) -> Result<PhysicalState> {
         let (q, v) = self.state;
         make().flow.onto_stops((&q, &v, self.t))
     }

@@ -130,11 +130,7 @@ impl RunVisitor for OneRun<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "simulate with method=\"exact\"";
 
-    fn visit<'a>(
-        self,
-        make: &RunMaker<'_, 'a>,
-        mut evaluator: Evaluator,
-    ) -> Result<(Evaluator, Done)> {
+    fn visit(self, make: &RunMaker<'_, '_>, mut evaluator: Evaluator) -> Result<(Evaluator, Done)> {
         let (q0, v0) = self.start;
         let mut run = make();
         run.events.n_before = self.n_impacts;

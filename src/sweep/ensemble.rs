@@ -241,9 +241,9 @@ impl RunVisitor for ManyRuns<'_> {
     const BY_EXACT_FLIGHTS: &'static str = "simulate_many with method=\"exact\"";
 
     /// Fills the ends, each thread with a run of its own.
-    fn visit<'a>(self, make: &RunMaker<'_, 'a>, _: Evaluator) -> Result<()> {
+    fn visit(self, make: &RunMaker<'_, '_>, _: Evaluator) -> Result<()> {
         let (q0, v0) = self.start;
-        let work = |run: &mut Box<AnyRun<'a>>, i: usize| {
+        let work = |run: &mut Box<AnyRun<'_>>, i: usize| {
             let (q0, v0) = (row(q0, i), row(v0, i));
             match run.run(&q0, &v0, self.t_span) {
                 Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
