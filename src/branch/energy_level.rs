@@ -1,6 +1,6 @@
-//! The formulation of families of free motions that keep their energy, one at each energy, which is the parameter of the branch: shooting on a
-//! level of energy. The closing equations of such a loop depend on each other; they do not with one unknown more, by how much the loop is
-//! open up the gradient of the energy, which is zero on the branch (theory 19, "Families"). Energies in \[J\].
+//! The formulation of families of free motions that keep their energy, one at each energy, which is the parameter of the branch: shooting
+//! on a level of energy. The closing equations of such a loop depend on each other; they do not with one unknown more, by how much the
+//! loop is open up the gradient of the energy, which is zero on the branch (theory 19, "Families"). Energies in \[J\].
 
 use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
@@ -28,6 +28,16 @@ pub(super) fn energy_at(orbit: &PeriodicOrbit) -> Result<(Energetics, f64)> {
     let (q, v) = orbit.state_at(0.0, ImpactSide::After);
     let energy = energetics.total(&q, &v)?;
     Ok((energetics, energy))
+}
+
+/// Derivatives by the energy, which is in its own equation alone.
+pub(super) fn derivative_by_energy(equations: &Equations) -> ParameterDerivative {
+    let flights = equations.flights();
+    let none = DVector::zeros(flights.rows.ncols());
+    ParameterDerivative {
+        column: DVector::zeros(flights.rows.nrows()).push(-1.0),
+        flights: flights.deviations(&none),
+    }
 }
 
 impl BranchProblem<'_> {
@@ -75,16 +85,6 @@ impl BranchProblem<'_> {
             right: shooting.right.push(lacks),
             ..shooting
         })
-    }
-
-    /// Derivatives by the parameter: that is the energy, which is in its own equation alone.
-    pub fn energy_level_by_value(&self, equations: &Equations) -> ParameterDerivative {
-        let flights = equations.flights();
-        let none = DVector::zeros(flights.rows.ncols());
-        ParameterDerivative {
-            column: DVector::zeros(flights.rows.nrows()).push(-1.0),
-            flights: flights.deviations(&none),
-        }
     }
 
     /// Whether a direction leads to loops that are open, as motions are that were to keep their energy and lose it or gain it.

@@ -1,7 +1,8 @@
-//! What is asked of the formulation of a branch (theory 19): the unknowns of its loops, the equations that these close by, how a loop is moved,
-//! and what its multipliers are. Each has its answers in one file: `shooting.rs`, `impulses.rs` and `energy_level.rs`, which adds an equation
-//! and an unknown to shooting.
+//! What is asked of the formulation of a branch (theory 19): the unknowns of its loops, the equations that these close by, how a loop is
+//! moved, and what its multipliers are. Each has its answers in one file: `shooting.rs`, `impulses.rs` and `energy_level.rs`, which adds an
+//! equation and an unknown to shooting.
 
+use crate::branch::energy_level::derivative_by_energy;
 use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::multipliers::{n_outside, off_circle, own_multipliers, pair_at_circle};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
@@ -82,7 +83,7 @@ impl BranchProblem<'_> {
         match self.formulation {
             Formulation::Shooting => self.shooting_by_value(place, equations),
             Formulation::Impulses => self.impulses_by_value(place, &equations.scene),
-            Formulation::EnergyLevel(_) => Ok(self.energy_level_by_value(equations)),
+            Formulation::EnergyLevel(_) => Ok(derivative_by_energy(equations)),
         }
     }
 
@@ -121,8 +122,8 @@ impl BranchProblem<'_> {
         }
     }
 
-    /// The equations of a deviation that comes back multiplied by a number: singular where that is a multiplier. Those at the loop are taken
-    /// where they are known.
+    /// The equations of a deviation that comes back multiplied by a number: singular where that is a multiplier. Those at the loop are
+    /// taken where they are known.
     pub fn variational(
         &self,
         (place, equations): (&ParametricLoop, Option<&Equations>),
@@ -174,7 +175,8 @@ impl BranchProblem<'_> {
         own_multipliers(orbit)
     }
 
-    /// How many multipliers of an orbit at a value lie outside the circle by more than those that cross it there, where they are counted alone.
+    /// How many multipliers of an orbit at a value lie outside the circle by more than those that cross it there, where they are counted
+    /// alone; `None` where that is not decided.
     pub fn n_well_outside(&self, orbit: &PeriodicOrbit, value: f64) -> Result<Option<usize>> {
         match self.formulation {
             Formulation::Impulses => self.impulses_at(orbit, value, |pulses, train, units| {
@@ -184,8 +186,8 @@ impl BranchProblem<'_> {
         }
     }
 
-    /// How far the pair of multipliers nearest to the unit circle is from it, and how many are outside, of a loop and, where it is known, its
-    /// orbit. Multipliers that are counted are all as far.
+    /// How far the pair of multipliers nearest to the unit circle is from it, and how many are outside, of a loop and, where it is known,
+    /// its orbit. Multipliers that are counted are all as far.
     pub fn off_circle(
         &self,
         place: &ParametricLoop,

@@ -1,6 +1,6 @@
 //! The formulation of branches of linear scenes of many modes. The unknowns are the impulses and times of the impacts, two for each impact
-//! whatever the number of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the clock.
-//! Multipliers are counted, by the turns of their determinant along the unit circle.
+//! whatever the number of modes (theory 19, "Many modes"); impulses as changes of speed in the unit of velocities, times in that of the
+//! clock. Multipliers are counted, by the turns of their determinant along the unit circle.
 
 use crate::branch::equations::{Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ImpulseUnknowns, ParametricLoop};

@@ -40,8 +40,8 @@ pub(super) fn n_outside(orbit: &PeriodicOrbit, keeps_energy: bool) -> Result<Opt
     Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + margin).count()))
 }
 
-/// How far the conjugate pair nearest to the unit circle is from it, one where there is none; and how many multipliers lie outside, without a
-/// margin, as the pair is on the circle at a torus itself.
+/// How far the conjugate pair nearest to the unit circle is from it, one where there is none; and how many multipliers lie outside, without
+/// a margin, as the pair is on the circle at a torus itself.
 pub(super) fn off_circle(orbit: &PeriodicOrbit) -> Result<(f64, Option<usize>)> {
     let own = own_multipliers(orbit)?.unwrap_or_default();
     let size = pair_at_circle(&own).map_or(1.0, |mu| mu.norm().ln().abs());

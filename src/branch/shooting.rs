@@ -1,6 +1,6 @@
-//! The formulation of branches by shooting: the unknowns are the first state and the times of the instants, from which the flights follow one
-//! after the other; the last has to end where the first begins (theory 19). Derivatives of the flights are exact, those by the parameter
-//! central differences.
+//! The formulation of branches by shooting: the unknowns are the first state and the times of the instants, from which the flights follow
+//! one after the other; the last has to end where the first begins (theory 19). Derivatives of the flights are exact, those by the
+//! parameter central differences.
 
 use crate::branch::equations::{BasePoint, Equations, ParameterDerivative};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
