@@ -1,7 +1,6 @@
 //! A state put onto the stops that it lies behind: where a stop was moved over it.
 
 use crate::error::Result;
-use crate::hybrid::HybridSystem;
 use crate::model::{PhysicalState, Scene};
 use crate::path::Evaluator;
 use crate::simulate::by_method::{RunMaker, RunVisitor, visit_runs};
@@ -37,22 +36,4 @@ impl RunVisitor for OntoStops {
         let (q, v) = self.state;
         make().flow.onto_stops((&q, &v, self.t))
     }
-}
-
-/// Moves a system along the reactions of the stops that it lies behind onto them.
-///
-/// # Errors
-/// As [`put_onto`].
-pub(crate) fn put_onto_stops<Y: HybridSystem + ?Sized>(system: &mut Y) -> Result<PhysicalState> {
-    // One stop may lead behind another.
-    for _ in 0..=system.n_stops() {
-        system.evaluate_gaps()?;
-        let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
-        let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
-        if behind.is_empty() {
-            break;
-        }
-        system.put_on(&behind)?;
-    }
-    Ok(system.physical())
 }

@@ -3,11 +3,10 @@
 
 use crate::error::{Result, shortened};
 use crate::flow::RegimeMotion;
-use crate::hybrid::{AnyLoop, Counts, HybridFlow, Present};
+use crate::hybrid::{AnyLoop, Counts, HybridFlow, HybridSystem, Present};
 use crate::model::PhysicalState;
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::monitor::RunMonitor;
-use crate::simulate::on_stops::put_onto_stops;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
@@ -208,4 +207,22 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
             regimes,
         })
     }
+}
+
+/// Moves a system along the reactions of the stops that it lies behind onto them.
+///
+/// # Errors
+/// What the gap functions of nonlinear stops report; stops that cannot be reached together.
+fn put_onto_stops<Y: HybridSystem + ?Sized>(system: &mut Y) -> Result<PhysicalState> {
+    // One stop may lead behind another.
+    for _ in 0..=system.n_stops() {
+        system.evaluate_gaps()?;
+        let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
+        let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
+        if behind.is_empty() {
+            break;
+        }
+        system.put_on(&behind)?;
+    }
+    Ok(system.physical())
 }
