@@ -95,8 +95,8 @@ impl BranchProblem<'_> {
         // A loop that was moved by another number belongs to another scene than the equations.
         let scene = &self.scene(place.value)?;
         let flights = equations.flights();
-        let held = flights.deviations(&DVector::zeros(flights.rows.ncols()));
-        self.moved_flights((place, scene), &held, (by_value, part))
+        let moved = flights.deviations(&DVector::zeros(flights.rows.ncols()));
+        self.moved_flights((place, scene), &moved, (by_value, part))
     }
 
     /// A loop corrected along a direction, to first order: its flights are joined.
