@@ -121,7 +121,7 @@ KEPT = (
         KEEP,
         "        let wanted = recorder.wanted();\n        if wanted.events {",
         "",
-        "    }\n\n    /// Records the rest of impacts",
+        "    }\n\n    /// Records what is left of impacts",
     ),
     Change(STRIKE, "        if recorder.wanted().events {", "", "    }\n}\n\n/// Whether the motion leaves"),
 )

@@ -16,7 +16,11 @@ INPUTS = (
     Change(MOMENT, "            angle: self.angle + self.frequency * span,", "            angle: 0.0,"),
     Change(BY_METHOD, "            ByParts::Driven($by) => $body,", f"            ByParts::Driven(_) => {NEVER},"),
     Change(BY_METHOD, "            ByParts::DampedDriven($by) => $body,", f"            ByParts::DampedDriven(_) => {NEVER},"),
-    Change(BY_METHOD, "            ByInput::Driven(m) => {", f"            ByInput::Driven(_) => {NEVER},\n", "        },\n"),
+    Change(
+        BY_METHOD,
+        "            ByInput::Driven(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),",
+        f"            ByInput::Driven(_) => {NEVER},",
+    ),
     Change(
         SERIES_OF,
         "            PendulumForcing::Base(base) => expand_shaken(about, base),",
