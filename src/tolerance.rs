@@ -191,10 +191,10 @@ pub(crate) const LEFT_BOX: f64 = 1e3;
 pub(crate) const SAME_STATE: f64 = 1e-6;
 /// Rounding of positions in parts of the largest, below which states that repeat themselves do not tell whether they drift.
 pub(crate) const RECURRENCE_ROUNDING: f64 = 1e2 * f64::EPSILON;
-/// Two sets are one where for at least this part of the states of either the nearest neighbour belongs to the other; of one set it is a
-/// half, but for chance and for motions that stay in a part of it for long.
+/// Two sets are one where at least this part of the [`NEAREST_NEIGHBOURS`] nearest neighbours of states of either belongs to the other; of
+/// one set it is a half, but for chance and for motions that stay in a part of it for long.
 pub(crate) const SHARED_MANY: f64 = 0.25;
-/// Two sets are different where for less than this part of the states the nearest neighbour belongs to the other.
+/// Two sets are different where less than this part of those neighbours belongs to the other.
 pub(crate) const SHARED_FEW: f64 = 0.01;
 /// A state is on a set where its nearest neighbour in it is no farther than this many times the median distance of neighbours in the set.
 pub(crate) const IN_SET: f64 = 4.0;

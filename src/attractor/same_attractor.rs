@@ -1,7 +1,8 @@
 //! Whether two attractors are one (theory 15). Cycles are, if they have the same least period and, from one of their states on, all points
-//! within `SAME_STATE` of the size of the motion (`recurrence/cycle.rs`), at the phase that is farthest from the impacts of both. Sets
-//! are by the nearest neighbours of their states (`recurrence/set.rs`); where these leave it open, `gathering.rs` carries both motions on,
-//! and those that no number of states tells apart count as one. A cycle and a set are two.
+//! within `SAME_STATE` of the size of the motion (`recurrence/cycle.rs`), at the phase that is farthest from the impacts of both. Sets are
+//! by the nearest neighbours of their states (`recurrence/set.rs`); where these leave it open, `gathering.rs` carries both motions on, and
+//! those that no number of states tells apart count as one. A cycle and a set are two. What a cycle is: `Attractor::is_cycle`
+//! (`record.rs`); distances and sizes: `recurrence/measure.rs`.
 
 use crate::attractor::at_phase::{points_at, quiet_phase};
 use crate::attractor::finding::AttractorSearch;

@@ -3,7 +3,8 @@
 //! A fold is where the part of the unit tangent in the parameter changes its sign; the functions of other kinds stand beside it in
 //! `test_functions.rs`. The signs at the two ends of an accepted step are compared, so that two changes of one function within a step are
 //! not seen. A zero is located on the branch by false position (`continuation/locator.rs`), until the parameter moves by no more than
-//! `ZERO_PARAMETER_CHANGE` of its range. Where it is known worse than [`WELL_LOCATED_BIFURCATION`], of any kind but a torus, it is
+//! `ZERO_PARAMETER_CHANGE` of its range and the function is below `ZERO_VALUE` of its values at the ends, or until the bracket is shorter
+//! than `ZERO_BRACKET_LENGTH` of the step. Where it is known worse than [`WELL_LOCATED_BIFURCATION`], of any kind but a torus, it is
 //! interpolated as well (`interpolation_locator.rs`), and the smaller error decides; at a branch point it always is, and the interpolation
 //! goes first.
 

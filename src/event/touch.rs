@@ -2,12 +2,14 @@
 //! however slow; within the rounding it is touched; above it nothing happens. The user's tolerances do not enter.
 //!
 //! Of runs the rounding is [`TERM_ROUNDINGS`] of the terms of the gap. Exact flights (`GapRow::rounding` in `flow/gap_row.rs`) take the
-//! clearance and the position along the normal as its two terms, and where that is more
-//! [`SUM_ROUNDINGS`](crate::tolerance::SUM_ROUNDINGS) of the sum of the modes. Of orbits it is [`ORBIT_MARGIN`] of the size of the motion,
-//! where they are integrated [`INTEGRATED_MARGIN`] (`orbit/verdict`).
+//! clearance and the position along the normal as its two terms, and where that is more [`SUM_ROUNDINGS`](crate::tolerance::SUM_ROUNDINGS)
+//! of the sum of the modes. Of orbits it is [`ORBIT_MARGIN`] of the size of the motion, where they are integrated [`INTEGRATED_MARGIN`]
+//! (`orbit/verdict`); an instant of an orbit with no approach faster than that margin times the rate of the motion is a touch
+//! (`judge_impacts` in `orbit/verdict/judge.rs`).
 //!
-//! In steps the gap is interpolated. A lowest value nearer to zero than that is known to is undecided, and the step is taken again so
-//! that it ends there: then the value is that of the motion.
+//! In steps the gap is interpolated. A lowest value nearer to zero than that is known to is undecided, and the step is taken again so that
+//! it ends there: then the value is that of the motion. After [`MOST_STEP_HALVINGS`](crate::tolerance::MOST_STEP_HALVINGS) of these it
+//! counts as no contact (`hybrid/integrated/steps.rs`).
 //!
 //! [`TERM_ROUNDINGS`]: crate::tolerance::TERM_ROUNDINGS
 //! [`ORBIT_MARGIN`]: crate::tolerance::ORBIT_MARGIN

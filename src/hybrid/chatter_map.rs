@@ -1,28 +1,29 @@
 //! Impacts that accumulate, as a map of their own with its Jacobian (theory 9).
 //!
-//! A state before an impact and its time, `Y = (x, t)`, lie on `h = 0`. One round of the sequence is the impact
-//! `x+ = x + W h'`, `W = (0, (1 + e) b/(n.b))`, and the flight to the next zero of the gap. A deviation `(dx, dt)` of Y goes
-//! through the impact as `R_x dx` and through the flight as follows: at a fixed time after the impact it is
-//! `dx - f dt`, at the fixed end `y = J (dx - f dt)` with the Jacobian J of the flow; the next contact is late by
-//! `dt' = -(g.y)/(g.f')`, `g = grad h`, and there `dx' = y + f' dt'`. Rounds are gone through one by one until the rest is
-//! below the tolerance of an orbit; so a chatter of a thousand impacts costs a thousand small products and no unknown.
+//! A state before an impact and its time, `Y = (x, t)`, lie on `h = 0`. One round of the sequence is the impact `x+ = x + W h'`, `W = (0,
+//! (1 + e) b/(n.b))`, and the flight to the next zero of the gap. A deviation `(dx, dt)` of Y goes through the impact as `R_x dx` and
+//! through the flight as follows: at a fixed time after the impact it is `dx - f dt`, at the fixed end `y = J (dx - f dt)` with the
+//! Jacobian J of the flow; the next contact is late by `dt' = -(g.y)/(g.f')`, `g = grad h`, and there `dx' = y + f' dt'`. Rounds are gone
+//! through one by one until what the rest leaves out is at most [`CHATTER_DEPTH`] of the unit of positions, or no next contact is found
+//! within [`NEAR_CHATTER_DEPTH`] times that; so a chatter of a thousand impacts costs a thousand small products and no unknown. Which
+//! impacts of an orbit accumulate is read from a run (`itinerary/read.rs`).
 //!
 //! The rest is the map
 //!
 //! `Y* = Y + ((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`, `a = h''`,
 //!
-//! and then gap and normal speed are set to zero along b (`landing.rs`). What it leaves out is of second order in h'. In the limit
-//! `h' -> 0` its Jacobian is `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)`: the derivatives of f, W and a come with the
-//! factor h' and vanish. Newton's method on the limit would close by the factor h' (1e-6) a step and give multipliers as good
-//! as that; the map as executed, its dependence on a included, is differentiated instead (central differences of one
-//! evaluation, no flight), so that Newton keeps its order and the multipliers are those of the process as it runs.
+//! and then gap and normal speed are set to zero along b (`landing.rs`). What it leaves out is of second order in h'. In the limit `h' ->
+//! 0` its Jacobian is `I + ((2e/a) (f, 1) + (W, 0)) grad(h')/(1 - e)`: the derivatives of f, W and a come with the factor h' and vanish.
+//! Newton's method on the limit would close by the factor h' (1e-6) a step and give multipliers as good as that; the map as executed, its
+//! dependence on a included, is differentiated instead (central differences of one evaluation, no flight), so that Newton keeps its order
+//! and the multipliers are those of the process as it runs.
 //!
-//! After it the motion is held: `h = h' = 0` for every deviation, so that at a fixed time, where the deviation is
-//! `dx* - f_held dt*`, two of 2n directions are gone. Each completed chatter so gives two zero multipliers, and so does each
-//! impact with e = 0 after which a stop is held.
+//! After it the motion is held: `h = h' = 0` for every deviation, so that at a fixed time, where the deviation is `dx* - f_held dt*`, two
+//! of 2n directions are gone. Each completed chatter so gives two zero multipliers, and so does each impact with e = 0 after which a stop
+//! is held.
 //!
-//! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding:
-//! a later contact brings a larger impulse, by just what the contact force would have given.
+//! The end t* is known to rounding over the speed of the last impact, 1e-9, but the state at a fixed time is known to rounding: a later
+//! contact brings a larger impulse, by just what the contact force would have given.
 
 use crate::error::{Error, Result};
 use crate::hybrid::landing::land;

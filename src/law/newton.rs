@@ -1,7 +1,9 @@
 //! Newton's law of one impact (theory 1): a rigid, frictionless stop reverses the normal speed by its restitution e, whatever the direction
 //! b of its reaction. Speeds along the normal are `s = n.v - c'`, relative to the stop's own speed c' and positive towards it; an impulse p
-//! changes the velocity by `-b p`, the normal speed by `-(n.b) p`. `NormalImpacts::strike` (`hybrid/system.rs`) applies it with n.v and c' of
-//! the instant, at a stop at rest as at one that moves: `v+ = v- - b (1 + e) (n.v- - c')/(n.b)`, so that `n.v+ - c' = -e (n.v- - c')`.
+//! changes the velocity by `-b p`, the normal speed by `-(n.b) p`. `NormalImpacts::strike` (`hybrid/system.rs`) applies it with n.v and c'
+//! of the instant, at a stop at rest as at one that moves: `v+ = v- - b (1 + e) (n.v- - c')/(n.b)`, so that `n.v+ - c' = -e (n.v- - c')`.
+//! Orbits apply it in `HybridMaps::impact` (`hybrid/closed_form/maps.rs`, `hybrid/integrated/maps.rs`); several stops together:
+//! `impact/several_stops.rs`.
 
 use crate::law::contact_law::{Action, ContactLaw, Outcome};
 use crate::law::guard::GuardKind;
