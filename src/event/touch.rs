@@ -9,7 +9,7 @@
 //!
 //! In steps the gap is interpolated. A lowest value nearer to zero than that is known to is undecided, and the step is taken again so that
 //! it ends there: then the value is that of the motion. After [`MOST_STEP_HALVINGS`](crate::tolerance::MOST_STEP_HALVINGS) of these it
-//! counts as no contact (`hybrid/integrated/steps.rs`).
+//! counts as no contact, unless the search gave up with a reason: then the run ends as uncertain (`hybrid/integrated/steps.rs`).
 //!
 //! [`TERM_ROUNDINGS`]: crate::tolerance::TERM_ROUNDINGS
 //! [`ORBIT_MARGIN`]: crate::tolerance::ORBIT_MARGIN

@@ -1,9 +1,11 @@
 //! What Python has of a motion, the same of trajectories and orbits: their outputs, sections, files; and their arguments and arrays.
 
+use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::path::KeptMotion;
 use crate::python::array::{self, vector};
 use crate::python::interrupt;
+use crate::python::pattern::stop_index;
 use crate::quantity::room_for;
 use crate::simulate::ImpactSide;
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
@@ -61,6 +63,19 @@ pub(crate) fn window(span: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f
             other.len()
         ))),
     }
+}
+
+/// Values of a stop at times, or where the motion is sampled.
+pub(crate) fn out_at_stop<'py>(
+    py: Python<'py>,
+    stop: &Bound<'py, PyAny>,
+    times: impl TimesArgument,
+    values: impl FnOnce(usize, Option<&[f64]>) -> Result<Vec<f64>> + Send,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let stop = stop_index("stop", stop)?;
+    let (times, is_single) = times.times()?;
+    let values = interrupt::run(py, false, || values(stop, times.as_deref()))?;
+    out_values(py, values, is_single)
 }
 
 /// Values at times as shape (m,), or () for a single one.
@@ -294,11 +309,8 @@ macro_rules! motion_class {
             ) -> PyResult<Bound<'py, numpy::PyArrayDyn<f64>>> {
                 let $own = self;
                 let motion = &$motion;
-                let stop = $crate::python::pattern::stop_index("stop", stop)?;
-                let (times, is_single) = $crate::python::motion::TimesArgument::times(t)?;
-                let values = || motion.gap(stop, times.as_deref());
-                let values = $crate::python::interrupt::run(py, false, values)?;
-                $crate::python::motion::out_values(py, values, is_single)
+                let gap = |stop, times: Option<&[f64]>| motion.gap(stop, times);
+                $crate::python::motion::out_at_stop(py, stop, t, gap)
             }
 
             /// The force of a stop in lasting contact; of a trajectory needs keep="motion".
@@ -338,11 +350,8 @@ macro_rules! motion_class {
             ) -> PyResult<Bound<'py, numpy::PyArrayDyn<f64>>> {
                 let $own = self;
                 let motion = &$motion;
-                let stop = $crate::python::pattern::stop_index("stop", stop)?;
-                let (times, is_single) = $crate::python::motion::TimesArgument::times(t)?;
-                let values = || motion.contact_force(stop, times.as_deref());
-                let values = $crate::python::interrupt::run(py, false, values)?;
-                $crate::python::motion::out_values(py, values, is_single)
+                let force = |stop, times: Option<&[f64]>| motion.contact_force(stop, times);
+                $crate::python::motion::out_at_stop(py, stop, t, force)
             }
 
             /// All that a stop gives: impacts, impacts that accumulate, the force of lasting contact over its time; of a trajectory needs

@@ -47,7 +47,8 @@ pub(crate) fn visit_runs<V: RunVisitor>(
     options: &SimulateOptions,
     visitor: V,
 ) -> Result<V::Output> {
-    if options.solver.method.chosen_for(scene) == Method::Taylor {
+    let method = options.solver.method.chosen_for(scene);
+    if method == Method::Taylor {
         return match &Pendulum::new(scene)? {
             Pendulum::Double(motion, links) => {
                 along_series::<[f64; 4], _, _>((motion, links), scene, options, visitor)
@@ -60,18 +61,17 @@ pub(crate) fn visit_runs<V: RunVisitor>(
     let (mut visitor, mut output) = (Some(visitor), None);
     let mut visit = |make: &RunMaker<'_, '_>, evaluator: Evaluator| {
         output = visitor.take().map(|visitor| visitor.visit(make, evaluator));
-        Ok(())
     };
-    if options.solver.method.chosen_for(scene) == Method::Exact {
+    if method == Method::Exact {
         in_closed_form(scene, options, V::BY_EXACT_FLIGHTS, &mut visit)?;
     } else {
-        in_steps_of(scene, options, &mut visit)?;
+        in_steps_of((scene, options), method.choice(), &mut visit);
     }
     output.expect("runs of any method are visited once")
 }
 
 /// Takes what makes runs, and what reads the arcs that they keep.
-type Visit<'v> = dyn FnMut(&RunMaker<'_, '_>, Evaluator) -> Result<()> + 'v;
+type Visit<'v> = dyn FnMut(&RunMaker<'_, '_>, Evaluator) + 'v;
 
 /// Visits runs in closed form.
 fn in_closed_form(
@@ -92,17 +92,21 @@ fn in_closed_form(
     let (phase, n_dof) = (scene.phase(), scene.n_dof());
     with_flow!(&*timed.flow, flow => {
         let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());
-        visit(&|| Box::new(Run::new(flow(), options, n_dof)), evaluator)
-    })
+        visit(&|| Box::new(Run::new(flow(), options, n_dof)), evaluator);
+    });
+    Ok(())
 }
 
-/// Visits runs in the steps of a method.
-fn in_steps_of(scene: &Scene, options: &SimulateOptions, visit: &mut Visit<'_>) -> Result<()> {
-    let motion = SceneMotion::new(scene);
-    let Some(choice) = options.solver.method.chosen_for(scene).choice() else {
-        return in_pairs(&motion, (scene, options), visit);
+/// Visits runs in the steps of a method, those of the pair where none of the others is chosen.
+fn in_steps_of(
+    given: (&Scene, &SimulateOptions),
+    choice: Option<StepChoice>,
+    visit: &mut Visit<'_>,
+) {
+    let m = &SceneMotion::new(given.0);
+    let Some(choice) = choice else {
+        return in_pairs(m, given, visit);
     };
-    let (m, given) = (&motion, (scene, options));
     match m.n_dof() {
         1 => in_steps::<[f64; 2], Chosen, _>(m, given, choice, visit),
         2 => in_steps::<[f64; 4], Chosen, _>(m, given, choice, visit),
@@ -162,27 +166,23 @@ macro_rules! by_parts {
 
 /// Visits runs in steps of the pair, with a state of the type that fits a motion: those of one or two coordinates take so little work that
 /// they have code of their own.
-fn in_pairs(
-    motion: &SceneMotion,
-    given: (&Scene, &SimulateOptions),
-    visit: &mut Visit<'_>,
-) -> Result<()> {
+fn in_pairs(motion: &SceneMotion, given: (&Scene, &SimulateOptions), visit: &mut Visit<'_>) {
     match motion {
         SceneMotion::Full(m) if m.n_dof() == 1 => by_parts!(m, m => {
-            in_steps::<[f64; 2], DormandPrinceSteps, _>(&m, given, (), visit)
+            in_steps::<[f64; 2], DormandPrinceSteps, _>(&m, given, (), visit);
         }),
         SceneMotion::Full(m) if m.n_dof() == 2 => by_parts!(m, m => {
-            in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit)
+            in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit);
         }),
         SceneMotion::DoublePendulum(m) => match m.by_input() {
             ByInput::Free(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
             ByInput::Driven(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
         },
         SceneMotion::Nonlinear(m) if m.n_dof() == 1 => {
-            in_steps::<[f64; 2], DormandPrinceSteps, _>(m, given, (), visit)
+            in_steps::<[f64; 2], DormandPrinceSteps, _>(m, given, (), visit);
         }
         SceneMotion::Nonlinear(m) if m.n_dof() == 2 => {
-            in_steps::<[f64; 4], DormandPrinceSteps, _>(m, given, (), visit)
+            in_steps::<[f64; 4], DormandPrinceSteps, _>(m, given, (), visit);
         }
         _ => in_steps::<Vec<f64>, DormandPrinceSteps, _>(motion, given, (), visit),
     }
@@ -194,12 +194,12 @@ fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync>(
     (scene, options): (&Scene, &SimulateOptions),
     choice: P::Choice,
     visit: &mut Visit<'_>,
-) -> Result<()> {
+) {
     let make = || {
         let free = InSteps::<P::Choice, P::Of<S>>::new(choice);
         let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
         Box::new(Run::new(flow, options, scene.n_dof())) as Box<AnyRun<'_>>
     };
     let degree = <P::Of<S> as Stepper<S>>::Dense::DEGREE;
-    visit(&make, Evaluator::Steps { degree })
+    visit(&make, Evaluator::Steps { degree });
 }
