@@ -63,7 +63,7 @@ macro_rules! stages {
             if $k > $after + 1 && T::NODES[$k - 1] != T::NODES[$k - 2] {
                 drive = drive_at($k);
             }
-            $self.stage::<D, $k>($dynamics, drive, $start.x, $h)?;
+            $self.stage::<D, $k>($dynamics, &drive, $start.x, $h)?;
         })*
     };
 }
@@ -74,7 +74,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> ExplicitRk<T, 
     fn stage<D: Dynamics, const K: usize>(
         &mut self,
         dynamics: &D,
-        drive: D::Drive,
+        drive: &D::Drive,
         x: &S,
         h: f64,
     ) -> Result<()> {
@@ -96,6 +96,15 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> ExplicitRk<T, 
             self.is_extended = true;
         }
         Ok(())
+    }
+
+    /// Coefficient K of the dense output, beyond the cubic, if there is one: by its number, as a stage.
+    #[inline]
+    fn set_coefficient<const K: usize>(&self, h: f64, c: &mut [S; P]) {
+        if const { K < P } {
+            weighted_sum(&self.stages, T::DENSE[K - 3], &mut c[K]);
+            c[K].slice_mut().iter_mut().for_each(|c| *c *= h);
+        }
     }
 
     /// The error of the step last taken from x, in a function of its own: sums over references that are arguments are vectorised. An end
@@ -173,7 +182,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> Stepper<S>
     type Dense = Dense<S, P>;
 
     fn new(n_dof: usize, _tolerance: Tolerance, _choice: ()) -> Self {
-        const { assert!(T::ROWS.len() + 1 == N && T::DENSE.len() + 3 == P) }
+        const { assert!(T::ROWS.len() + 1 == N && T::DENSE.len() + 3 == P && P <= 7) }
         let zeros = S::zeros(2 * n_dof);
         Self {
             stages: std::array::from_fn(|_| zeros.clone()),
@@ -189,7 +198,7 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> Stepper<S>
     fn begin<D: Dynamics>(&mut self, dynamics: &D, start: StepStart<'_, S>) -> Result<()> {
         self.n_rhs += 1;
         let drive = dynamics.drive(start.at);
-        rate(dynamics, drive, start.x, &mut self.stages[0])
+        rate(dynamics, &drive, start.x, &mut self.stages[0])
     }
 
     #[inline]
@@ -228,10 +237,10 @@ impl<T: ButcherTableau, S: State, const N: usize, const P: usize> Stepper<S>
             c[1].slice_mut()[i] = first;
             c[2].slice_mut()[i] = difference - h * self.stages[T::END].slice()[i] - first;
         }
-        for (c, weights) in c[3..].iter_mut().zip(T::DENSE) {
-            weighted_sum(&self.stages, weights, c);
-            c.slice_mut().iter_mut().for_each(|c| *c *= h);
-        }
+        self.set_coefficient::<3>(h, &mut c);
+        self.set_coefficient::<4>(h, &mut c);
+        self.set_coefficient::<5>(h, &mut c);
+        self.set_coefficient::<6>(h, &mut c);
         let start = x.clone();
         Ok(Dense { start, c, h })
     }

@@ -60,7 +60,7 @@ pub(super) fn weighted_sum<S: State>(rates: &[S], weights: &[f64], sum: &mut S) 
 #[inline(never)]
 pub(super) fn rate<S: State, D: Dynamics>(
     dynamics: &D,
-    drive: D::Drive,
+    drive: &D::Drive,
     x: &S,
     out: &mut S,
 ) -> Result<()> {
@@ -69,7 +69,7 @@ pub(super) fn rate<S: State, D: Dynamics>(
     let (q, v) = x.slice().split_at(n);
     let (dq, dv) = out.slice_mut().split_at_mut(n);
     dq.copy_from_slice(v);
-    dynamics.driven(drive, q, v, dv)
+    dynamics.driven(*drive, q, v, dv)
 }
 
 /// The state at a stage of an explicit method, `x + h sum_k c_k y_k` over the rates before it.

@@ -107,7 +107,7 @@ impl<S: State> Radau<S> {
         self.convergence.begin();
         let drives = RADAU_NODES.map(|node| dynamics.drive(start.at.after(node * h)));
         for _ in 0..RADAU_ITERATIONS {
-            for (k, drive) in drives.into_iter().enumerate() {
+            for (k, drive) in drives.iter().enumerate() {
                 add(start.x, &self.z[k], &mut self.trial);
                 rate(dynamics, drive, &self.trial, &mut self.f[k])?;
             }
@@ -169,7 +169,7 @@ impl<S: State> Radau<S> {
     }
 
     /// Makes the rate at the end and the cubic; false if the rate is no number.
-    fn finish<D: Dynamics>(&mut self, dynamics: &D, drive: D::Drive, h: f64) -> Result<bool> {
+    fn finish<D: Dynamics>(&mut self, dynamics: &D, drive: &D::Drive, h: f64) -> Result<bool> {
         self.n_rhs += 1;
         rate(dynamics, drive, &self.end, &mut self.end_rate)?;
         self.cubic.set(&self.z, h);
@@ -239,7 +239,7 @@ impl<S: State> Stepper<S> for Radau<S> {
         (self.tries, self.is_first, self.is_taken) = (0, true, false);
         self.n_rhs += 1;
         let drive = dynamics.drive(start.at);
-        rate(dynamics, drive, start.x, &mut self.start_rate)
+        rate(dynamics, &drive, start.x, &mut self.start_rate)
     }
 
     /// A step that fails with an old Jacobian is tried once more with that of its start, from zero increments.
@@ -262,7 +262,7 @@ impl<S: State> Stepper<S> for Radau<S> {
         }
         if is_solved {
             let drive = dynamics.drive(start.at.after(h));
-            self.is_taken = self.finish(dynamics, drive, h)?;
+            self.is_taken = self.finish(dynamics, &drive, h)?;
         }
         Ok(self.is_taken)
     }
@@ -288,7 +288,7 @@ impl<S: State> Stepper<S> for Radau<S> {
             self.n_rhs += 1;
             add(x, &self.error, &mut self.trial);
             let there = &mut self.f[0];
-            rate(dynamics, dynamics.drive(at), &self.trial, there)?;
+            rate(dynamics, &dynamics.drive(at), &self.trial, there)?;
             estimate(system, h, there, z, &mut self.error);
             error = size(&self.error, &self.most);
         }

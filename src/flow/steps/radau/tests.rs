@@ -194,7 +194,7 @@ fn defect<S: State>(
     let (mut x, mut f, mut worst) = (S::zeros(len), S::zeros(len), 0.0_f64);
     for node in RADAU_NODES {
         dense.state(node * h, x.slice_mut());
-        rate(motion, motion.drive(at.at.after(node * h)), &x, &mut f).expect("a rate");
+        rate(motion, &motion.drive(at.at.after(node * h)), &x, &mut f).expect("a rate");
         for (i, f) in f.slice().iter().enumerate() {
             let p = dense.powers(i);
             let slope = p[1] + node * (2.0 * p[2] + node * 3.0 * p[3]);
