@@ -87,13 +87,17 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         match &self.contacts[stop].surface {
             Surface::Plane { .. } => false,
             Surface::Nonlinear(_) => true,
-            Surface::Wall { lengths, .. } => {
-                let links = self.n()..self.n() + lengths.len();
-                let ends = [self.x.slice(), self.stepper.end().slice()];
-                ends.into_iter()
-                    .any(|x| x[links.clone()].iter().any(|v| (h * v).abs() > turn))
-            }
+            Surface::Wall { lengths, .. } => self.turns(lengths.len(), h, turn),
         }
+    }
+
+    /// Whether the angle of one of the first links turns by more than some along the step last taken; a function of its own, since most
+    /// stops are planes.
+    #[inline(never)]
+    fn turns(&self, n_links: usize, h: f64, turn: f64) -> bool {
+        let ends = [self.x.slice(), self.stepper.end().slice()].into_iter();
+        let mut speeds = ends.flat_map(|x| x.iter().skip(self.n()).take(n_links));
+        speeds.any(|v| (h * v).abs() > turn)
     }
 
     /// What a gap that is not clear at once does along the step last taken; one that is to be searched by its curvature nothing, yet.
