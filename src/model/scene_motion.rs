@@ -121,6 +121,11 @@ impl Dynamics for SceneMotion {
         at
     }
 
+    #[allow(
+        clippy::inline_always,
+        reason = "a part of every stage, whose rate is a function of its own"
+    )]
+    #[inline(always)]
     fn driven(&self, at: Moment, q: &[f64], v: &[f64], a: &mut [f64]) -> Result<()> {
         with_motion!(self, motion => motion.acceleration(at, q, v, a))
     }
