@@ -164,8 +164,8 @@ macro_rules! by_parts {
     };
 }
 
-/// Visits runs in steps of the pair, with a state of the type that fits a motion: those of one or two coordinates take so little work that
-/// they have code of their own.
+/// Visits runs in steps of the pair, with a state of the type that fits a motion: those of one or two coordinates, and diagonal ones,
+/// take so little work that they have code of their own.
 fn in_pairs(motion: &SceneMotion, given: (&Scene, &SimulateOptions), visit: &mut Visit<'_>) {
     match motion {
         SceneMotion::Full(m) if m.n_dof() == 1 => by_parts!(m, m => {
@@ -174,6 +174,9 @@ fn in_pairs(motion: &SceneMotion, given: (&Scene, &SimulateOptions), visit: &mut
         SceneMotion::Full(m) if m.n_dof() == 2 => by_parts!(m, m => {
             in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit);
         }),
+        SceneMotion::Diagonal(m) => {
+            in_steps::<Vec<f64>, DormandPrinceSteps, _>(m, given, (), visit);
+        }
         SceneMotion::DoublePendulum(m) => match m.by_input() {
             ByInput::Free(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
             ByInput::Driven(m) => in_steps::<[f64; 4], DormandPrinceSteps, _>(&m, given, (), visit),
