@@ -10,12 +10,13 @@ Files that name a state of a contact element
     what follows it. A new law of contact has to be looked for in each. Each stands with its words. Not about any of them are ``is_free``
     and ``leaves_free``, as all laws have that state, and ``Arrival``, which has the guard that fell through zero and not its kind.
 Loops that bracket or halve outside the root finder
-    Functions, in other files than those of the root finder (``ROOT_FINDERS``), that have a ``for``, ``while`` or ``loop``, and
-    from there on one of: the middle of two numbers, ``0.5 * (a + b)`` or ``midpoint``; a length that is halved, ``x *= 0.5``; the
-    formula of a secant, ``y * (b - a) / (..)``; a constant whose name has HALVING, BISECT, SECANT, GOLDEN, ILLINOIS or POLISH; a
-    name that begins with bisect, secant, golden, illinois or newton. Each searches for a zero, a minimum or a step that succeeds
-    by a loop of its own. The rule reads names and formulas, not meanings: a search in other words is not found, and a middle
-    taken for another purpose is.
+    Functions, in other files than those of the root finder (``root/``), that have a ``for``, ``while`` or ``loop``, and from there
+    on one of: the middle of two numbers, ``0.5 * (a + b)`` or ``midpoint``; the formula of a secant, ``y * (b - a) / (..)``; a
+    constant whose name has BISECT, GOLDEN, ILLINOIS or HALVING; a name that begins with golden, illinois or newton. Each searches
+    for a place, or parts an interval, by a loop of its own. The rule reads names and formulas, not meanings: a search in other
+    words is not found, and a middle taken for another purpose is.
+Loops that try again with half a length
+    The same with ``x *= 0.5`` or ``x = 0.5 * x``: a step that did not succeed, which no bracket is needed for.
 Places of the law of one impact
     Lines outside ``law/`` and the bindings with one plus a coefficient of restitution, ``1.0 + e``, ``-1.0 - e``,
     ``1.0 + ..restitution..`` or ``restitution.add_scalar(1.0)``: the factor of the impulse ``(1 + e) (n.v) / (n.b)`` of an
@@ -42,11 +43,12 @@ CONTACT_STATE = re.compile(
 )
 LAWS = ("law", "hybrid")
 LOOP = re.compile(r"\b(?:for|while|loop)\b[^;]*\{")
-MIDDLE = r"0\.5 \* \([\w.\[\]]+ \+ [\w.\[\]]+\)|\bmidpoint\b|\*= 0\.5"
+MIDDLE = r"0\.5 \* \([\w.\[\]]+ \+ [\w.\[\]]+\)|\bmidpoint\b"
 SECANT = r"\* \([\w.\[\]]+ - [\w.\[\]]+\) / \("
-SEARCH = r"\w*(?:HALVING|BISECT|SECANT|GOLDEN|ILLINOIS|POLISH)\w*|\b(?:bisect|secant|golden|illinois|newton)\w*"
-BRACKETING = re.compile("|".join((MIDDLE, SECANT, SEARCH)))
-ROOT_FINDERS = ("event/roots.rs", "event/bracket.rs")
+SEARCH = re.compile(r"\w*(?:HALVING|BISECT|GOLDEN|ILLINOIS)\w*|\b(?:golden|illinois|newton)\w*")
+FORMULA = re.compile(f"{MIDDLE}|{SECANT}")
+AGAIN = re.compile(r"\*= 0\.5|\b(\w+) = 0\.5 \* \1\b")
+ROOT_FINDER = "root"
 COEFFICIENT = r"(?:[\w.\[\]]+\.)?(?:e\b|restitution)"
 IMPACT_LAW = re.compile(rf"\b1\.0 \+ {COEFFICIENT}|-1\.0 - {COEFFICIENT}|restitution\.add_scalar\(1\.0\)")
 MOST_METHODS = 8
@@ -92,14 +94,21 @@ def contact_states(codes):
 
 
 def searches(codes):
-    """Return the functions that bracket or halve in a loop, by their files."""
-    found = defaultdict(list)
+    """Return the functions that bracket in a loop outside the root finder, and those that try again with half a length, by file."""
+    bracket, again = defaultdict(list), defaultdict(list)
     for path, code in codes.items():
-        for match in INDENTED_FUNCTION.finditer(code):
+        functions = () if path.parts[0] == ROOT_FINDER else INDENTED_FUNCTION.finditer(code)
+        for match in functions:
             loop = LOOP.search(match[0])
-            if loop and BRACKETING.search(match[0], loop.start()) and path.as_posix() not in ROOT_FINDERS:
-                found[path].append(match[2])
-    return found
+            if not loop:
+                continue
+            if FORMULA.search(match[0], loop.start()):
+                bracket[path].append(match[2])
+            elif AGAIN.search(match[0], loop.start()):
+                again[path].append(match[2])
+            elif SEARCH.search(match[0], loop.start()):
+                bracket[path].append(match[2])
+    return bracket, again
 
 
 def impact_laws(codes):
@@ -136,10 +145,10 @@ def main():
     told(f"functions of more than {MOST_PARAMETERS} parameters, bindings left out", long)
     told("macros that choose an instance", [f"{name} ({path})" for path, code in codes.items() for name in MACRO.findall(code)])
     told("files outside law/ and hybrid/ that name a state of a contact element, a guard or a transition", contact_states(codes))
-    found = searches(codes)
-    count = sum(map(len, found.values()))
-    loops = [f"{path}: {', '.join(names)}" for path, names in found.items()]
-    told(f"files of {count} loops that bracket or halve outside the root finder", loops)
+    titles = ("loops that bracket or halve outside the root finder", "loops that try again with half a length")
+    for title, found in zip(titles, searches(codes), strict=True):
+        count = sum(map(len, found.values()))
+        told(f"files of {count} {title}", [f"{path}: {', '.join(names)}" for path, names in found.items()])
     told("places of the law of one impact", impact_laws(codes))
     told("test binaries", test_binaries(src.parent / "tests"))
 

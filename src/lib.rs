@@ -36,6 +36,7 @@ mod path;
 mod python;
 pub mod quantity;
 mod recurrence;
+mod root;
 pub mod section;
 pub mod simulate;
 pub mod sweep;

@@ -3,14 +3,15 @@
 
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
-use crate::continuation::bisected;
 use crate::error::Result;
 use crate::orbit::with_maps;
+use crate::root::{Bracket, bisected};
 use crate::tolerance::{
     EXTRAPOLATION_ERROR, KNOWN_IMPACT_SPEED, KNOWN_STICK, VANISHING_IMPACT_SPEED,
     VANISHING_IMPACT_STICK,
 };
 use nalgebra::{Matrix3, Vector3};
+use std::convert::Infallible;
 
 /// The time from the first of the impacts that vanish to their end goes like the root of their speed, and the distance from where they
 /// vanish like the cube of that time. `[exact]`
@@ -30,7 +31,9 @@ impl CriticalBounces {
     pub fn of(restitution: f64) -> Self {
         let e = restitution;
         let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
-        let s = bisected([0.0, 1.0], |s| off(s) < 0.0);
+        let of_border = Bracket::new([0.0, 1.0]);
+        let Ok(found) = bisected(of_border, 0.0, |s| Ok::<_, Infallible>(off(s) < 0.0));
+        let s = found.middle();
         // Derivatives of the next speed e (s/2 - s^2/3)/(1 - s)^2 and of this one, s/2 - s^2/6, by s.
         let next = e
             * ((0.5 - 2.0 * s / 3.0) / (1.0 - s).powi(2)

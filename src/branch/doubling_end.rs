@@ -15,6 +15,7 @@ use crate::itinerary::{Instant, turned};
 use crate::law::Regime;
 use crate::linalg::rank;
 use crate::orbit::with_maps;
+use crate::root::Secant;
 use crate::tolerance::{
     DOUBLING_END_REACH, DOUBLING_LAST_STEP, DOUBLING_SECANT_STEP, DOUBLING_STEP_ROUNDING,
     SAME_ROUND,
@@ -162,21 +163,25 @@ fn doubling_near<'a>(
         return Ok(None);
     };
     let test = |there: &CorrectedPoint| one.multiplier_test((&there.iterate, None), -1.0);
-    let (mut before, mut along) = ((0.0, test(&base)?), DOUBLING_SECANT_STEP);
+    let mut secant = Secant {
+        at: 0.0,
+        value: test(&base)?,
+    };
+    let mut along = DOUBLING_SECANT_STEP;
     let mut last = f64::INFINITY;
     for _ in 0..MOST_DOUBLING_SECANTS {
         let Ok(settled) = step_to(&one, base.base(), StepTarget::Length(along))? else {
             return Ok(None);
         };
         let value = test(&settled)?;
-        let step = -value * (along - before.0) / (value - before.1);
+        let step = secant.step(along, value);
         // Where steps are short, one that is no shorter than the one before is rounding.
         let is_rounding = last <= DOUBLING_STEP_ROUNDING && step.abs() >= 0.5 * last;
         if value == 0.0 || step.abs() <= DOUBLING_LAST_STEP || is_rounding {
             let error = step.abs().min(last).max(DOUBLING_LAST_STEP) * one.span();
             return Ok(Some((one, settled, error)));
         }
-        (before, last) = ((along, value), step.abs());
+        last = step.abs();
         along += step;
         if along.is_nan() || along.abs() > reach {
             return Ok(None);

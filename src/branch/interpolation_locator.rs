@@ -5,11 +5,13 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::zero_problem::CorrectedPoint;
-use crate::continuation::{LocatedZero, ScaledDirection, bisected};
+use crate::continuation::{LocatedZero, ScaledDirection};
 use crate::error::Result;
 use crate::orbit::ShootingState;
+use crate::root::{Bracket, bisected};
 use crate::tolerance::{INTERPOLATED_ZERO_ERROR, INTERPOLATION_REACH};
 use nalgebra::DVector;
+use std::convert::Infallible;
 use std::f64::consts::PI;
 
 /// Points that a zero is interpolated between, an even number, so that none is in the middle, where Newton's method does not converge.
@@ -95,9 +97,12 @@ fn zero_of(nodes: &[InterpolationNode]) -> (f64, Vec<f64>) {
         let each = nodes.iter().zip(weights(&places, at));
         each.map(|(node, weight)| node.number * weight).sum()
     };
-    let ends = [places[0], places[places.len() - 1]];
+    let between = Bracket::new([places[0], places[places.len() - 1]]);
     let is_rising = nodes[0].number < 0.0;
-    let zero = bisected(ends, |at| (number(at) < 0.0) == is_rising);
+    let Ok(found) = bisected(between, 0.0, |at| {
+        Ok::<_, Infallible>((number(at) < 0.0) == is_rising)
+    });
+    let zero = found.middle();
     (zero, weights(&places, zero))
 }
 

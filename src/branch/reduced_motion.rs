@@ -11,6 +11,7 @@ use crate::continuation::corrected;
 use crate::error::Result;
 use crate::itinerary::{turned, without_first};
 use crate::orbit::PeriodicOrbit;
+use crate::root::Secant;
 use crate::tolerance::{
     BEYOND_BOUNDARY_DISTANCE, BORDER_REACH, BORDER_SECANT_STEP, ZERO_PARAMETER_CHANGE,
 };
@@ -144,16 +145,20 @@ fn zero_without(
         }
     };
     let span = problem.span();
-    let (mut before, mut value) = (place.value, place.value + BORDER_SECANT_STEP * span);
-    let Some(mut at_before) = number(before)? else {
+    let Some(number_here) = number(place.value)? else {
         return Ok(None);
     };
+    let mut secant = Secant {
+        at: place.value,
+        value: number_here,
+    };
+    let mut value = place.value + BORDER_SECANT_STEP * span;
     for _ in 0..MOST_BORDER_SECANTS {
         let Some(own) = number(value)? else {
             return Ok(None);
         };
-        let by = own * (value - before) / (own - at_before);
-        (before, at_before, value) = (value, own, value - by);
+        let by = secant.step(value, own);
+        value += by;
         if !by.is_finite() || (value - place.value).abs() > BORDER_REACH * span {
             return Ok(None);
         }

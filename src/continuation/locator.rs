@@ -1,10 +1,11 @@
-//! The locator: where a test function is zero on a step of a curve, by the method of false position in its Illinois form; or where a
+//! The locator: where a test function is zero on a step of a curve, by the method of false position; or where a
 //! property changes, by bisection. The abscissa is the arclength along the step; how well a zero is known is told by a parameter.
 
 use crate::continuation::corrector::CorrectedOf;
 use crate::continuation::predictor::{BaseOf, stepped};
 use crate::continuation::zero_problem::ZeroProblem;
 use crate::error::Result;
+use crate::root::{Bracket, FalsePosition};
 use crate::tolerance::{ZERO_BRACKET_LENGTH, ZERO_PARAMETER_CHANGE, ZERO_VALUE};
 
 /// Halvings of an interval: down to neighbouring doubles. `[work]`
@@ -38,17 +39,12 @@ pub(crate) fn locate_zero<T>(
     span: f64,
     point: &mut dyn FnMut(f64) -> Result<Option<TestEvaluation<T>>>,
 ) -> Result<Option<LocatedZero<T>>> {
-    let (mut low, mut high) = ((0.0, at_start), (length, at_end));
+    let mut search = FalsePosition::new([0.0, length], [at_start, at_end]);
     let mut found: Option<(LocatedZero<T>, f64)> = None;
-    let mut side = 0;
     let (mut misses, mut beside) = (0, None);
     for _ in 0..MOST_ZERO_TRIALS {
-        let wanted = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        let inside = if wanted > low.0 && wanted < high.0 {
-            wanted
-        } else {
-            0.5 * (low.0 + high.0)
-        };
+        let Bracket { before, after } = search.between;
+        let inside = search.trial();
         let along = beside.take().unwrap_or(inside);
         let Some(TestEvaluation {
             point,
@@ -58,7 +54,7 @@ pub(crate) fn locate_zero<T>(
         else {
             // Next to a branch point no point is reached: the zero is only bracketed from both sides.
             misses += 1;
-            let from = if misses % 2 == 1 { low.0 } else { high.0 };
+            let from = if misses % 2 == 1 { before } else { after };
             beside = Some(0.5 * (from + along));
             if misses < MOST_UNREACHED {
                 continue;
@@ -70,8 +66,8 @@ pub(crate) fn locate_zero<T>(
             .map_or(f64::INFINITY, |(_, before)| (before - parameter).abs());
         let is_small = value.abs() <= ZERO_VALUE * at_start.abs().max(at_end.abs());
         let is_over =
-            is_small && change <= ZERO_PARAMETER_CHANGE * span && high.0 - low.0 < 0.5 * length
-                || high.0 - low.0 <= ZERO_BRACKET_LENGTH * length
+            is_small && change <= ZERO_PARAMETER_CHANGE * span && after - before < 0.5 * length
+                || after - before <= ZERO_BRACKET_LENGTH * length
                 || value == 0.0;
         let error = if value == 0.0 {
             0.0
@@ -87,21 +83,9 @@ pub(crate) fn locate_zero<T>(
         if is_over {
             break;
         }
-        if (value > 0.0) == (low.1 > 0.0) {
-            low = (along, value);
-            if side == -1 {
-                high.1 *= 0.5;
-            }
-            side = -1;
-        } else {
-            high = (along, value);
-            if side == 1 {
-                low.1 *= 0.5;
-            }
-            side = 1;
-        }
+        search.narrow(along, value);
     }
-    let width = (high.0 - low.0) * span;
+    let width = search.between.length() * span;
     Ok(found.map(|(zero, _)| LocatedZero {
         error: if misses > 0 { width } else { zero.error },
         ..zero
@@ -163,17 +147,4 @@ pub(crate) fn locate_change<T>(
         bracket.points[side] = Some(point);
     }
     Ok(bracket)
-}
-
-/// Where a property of a number changes between two, by halves down to neighbouring doubles.
-pub(crate) fn bisected([mut low, mut high]: [f64; 2], is_before: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..MOST_BISECTIONS {
-        let middle = 0.5 * (low + high);
-        if is_before(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
 }

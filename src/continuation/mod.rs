@@ -17,7 +17,7 @@ pub(crate) use corrector::{Corrected, bordered, corrected, tangent};
 pub use end::{BranchEnd, EndReason};
 pub(crate) use failure::{Attempt, StepFailure, attempted};
 pub(crate) use locator::{
-    ChangeBracket, LocatedZero, TestEvaluation, bisected, evaluated, locate_change, locate_zero,
+    ChangeBracket, LocatedZero, TestEvaluation, evaluated, locate_change, locate_zero,
 };
 pub(crate) use predictor::{stepped, stepped_to};
 pub(crate) use step_control::step_factor;

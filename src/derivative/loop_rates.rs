@@ -10,6 +10,7 @@ use crate::orbit::{
     Guess, Linearised, PeriodicOrbit, Shooting, ShootingState, Signature, begun, with_phase,
     with_shooting,
 };
+use crate::root::{Bracket, bisected};
 use crate::tolerance::{
     DERIVATIVE_STEP_CHATTER, DERIVATIVE_STEP_EXACT, DERIVATIVE_STEP_INTEGRATED, LEAST_STEP_EFFECT,
     ORBIT_OF_ANOTHER_SCENE, SAME_STEP_SCALE,
@@ -18,8 +19,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Bound on the logarithm of the factor that is sought for the depth to which accumulating impacts are gone through. [work]
 const MOST_DEPTH_LOGARITHM: f64 = 10.0;
-/// Halvings of the range of that logarithm. [work]
-const DEPTH_HALVINGS: usize = 12;
+/// The part of the range of that logarithm to which one is found. [work]
+const DEPTH_RESOLUTION: f64 = 1.0 / 4096.0;
 /// Rounds in which rows and columns are balanced. [work]
 const BALANCING_ROUNDS: usize = 2;
 /// Scales of a number that are tried. [work]
@@ -95,16 +96,9 @@ fn depth(
     };
     // The largest logarithm of a factor for which there are `count` flights or more.
     let largest = |count: usize| -> Result<f64> {
-        let (mut low, mut high) = (-MOST_DEPTH_LOGARITHM, MOST_DEPTH_LOGARITHM);
-        for _ in 0..DEPTH_HALVINGS {
-            let middle = 0.5 * (low + high);
-            if flights(middle.exp())? >= count {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Ok(0.5 * (low + high))
+        let all = Bracket::new([-MOST_DEPTH_LOGARITHM, MOST_DEPTH_LOGARITHM]);
+        let is_before = |logarithm: f64| -> Result<bool> { Ok(flights(logarithm.exp())? >= count) };
+        Ok(bisected(all, DEPTH_RESOLUTION * all.length(), is_before)?.middle())
     };
     Ok((0.5 * (largest(count)? + largest(count + 1)?)).exp())
 }

@@ -11,6 +11,7 @@ use crate::event::curvature::{BoundedGap, GapPoint};
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::step_path::StepPath;
 use crate::event::touch::Bottom;
+use crate::root::{Bracket, FalsePosition, NewtonPoint, newton};
 use crate::tolerance::{NEAR_MINIMUM_TOLERANCES, PASSED_TOLERANCE_PART, SHORTEST_PIECE};
 use std::fmt;
 
@@ -338,57 +339,37 @@ impl<'a> GapSearch<'a> {
         })
     }
 
-    /// The root between a place at which the gap is open, or has its root of some order, and one at which it is passed: Newton's method
-    /// inside the bracket.
-    fn crossing(&self, mut open: f64, passed: f64) -> Result<FirstRoot> {
-        let mut closed = passed;
-        let mut x = 0.5 * (open + closed);
-        for _ in 0..MOST_CERTIFIED_POLISHES {
-            let there = self.of.at(self.path, x)?;
-            if there.gap > 0.0 {
-                open = x;
-            } else {
-                closed = x;
-            }
-            let newton = x - there.gap / there.slope;
-            let is_inside = newton > open && newton < closed;
-            let next = if is_inside {
-                newton
-            } else {
-                0.5 * (open + closed)
-            };
-            let is_there = is_inside && (next - x).abs() <= 2.0 * f64::EPSILON * x;
-            if there.gap == 0.0 || next == x || is_there || next <= open || next >= closed {
-                break;
-            }
-            x = next;
-        }
-        Ok(FirstRoot::Crossing { at: x, passed })
+    /// The root between a place at which the gap is open, or has its root of some order, and one at which it is passed.
+    fn crossing(&self, open: f64, passed: f64) -> Result<FirstRoot> {
+        let between = Bracket::new([open, passed]);
+        let guess = between.middle();
+        let step = newton(
+            between,
+            guess,
+            MOST_CERTIFIED_POLISHES,
+            |x| -> Result<NewtonPoint> {
+                let there = self.of.at(self.path, x)?;
+                Ok(NewtonPoint {
+                    value: there.gap,
+                    slope: there.slope,
+                    resolution: 2.0 * f64::EPSILON * x,
+                    is_zero: there.gap == 0.0,
+                })
+            },
+        )?;
+        let at = step.from;
+        Ok(FirstRoot::Crossing { at, passed })
     }
 
     /// The lowest place between one at which the gap falls and one at which it rises.
-    fn lowest(&self, mut falls: f64, mut rises: f64) -> Result<GapPoint> {
-        let mut slopes = [self.here.slope, f64::NAN];
-        let mut place = self.of.at(self.path, 0.5 * (falls + rises))?;
+    fn lowest(&self, falls: f64, rises: f64) -> Result<GapPoint> {
+        let mut search = FalsePosition::new([falls, rises], [self.here.slope, f64::NAN]);
+        let mut place = self.of.at(self.path, search.trial())?;
         for _ in 0..MOST_CERTIFIED_POLISHES {
-            if place.slope < 0.0 {
-                (falls, slopes[0]) = (place.x, place.slope);
-            } else {
-                (rises, slopes[1]) = (place.x, place.slope);
-            }
-            let width = rises - falls;
-            if place.slope.abs() * width <= 0.1 * place.rounding {
-                break;
-            }
-            // A secant, but from near an end half-way: one end would stay where it is.
-            let part = slopes[0] / (slopes[0] - slopes[1]);
-            let part = if (0.05..0.95).contains(&part) {
-                part
-            } else {
-                0.5
-            };
-            let next = falls + part * width;
-            if next <= falls || next >= rises {
+            search.narrow(place.x, place.slope);
+            let next = search.trial();
+            let is_found = place.slope.abs() * search.between.length() <= 0.1 * place.rounding;
+            if is_found || !search.between.has(next) {
                 break;
             }
             place = self.of.at(self.path, next)?;

@@ -3,8 +3,8 @@
 //! Integrated motions are searched in `polynomial.rs` and `certified.rs`, Taylor series in `series.rs`.
 
 use crate::error::Result;
-use crate::event::bracket::Bracket;
 use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::gap_bracket::GapBracket;
 use crate::event::gap_verdict::{GapVerdict, from_contact, from_open};
 use crate::event::levels::PropagatorLevels;
 use crate::event::lowest::{GapEvaluator, Lowest};
@@ -400,7 +400,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         let mut time = self.polish(stop, guess, start, arrived);
         for _ in 1..self.gaps.len() {
             let passed = |(i, other): (usize, &TrackedGap)| {
-                let Bracket { floor, passed, .. } = other.bracket;
+                let GapBracket { floor, passed, .. } = other.bracket;
                 let model = &other.model;
                 let gap = model.c[0] - floor;
                 let is_passed = gap < -other.rounding() && model.c[1] < 0.0;

@@ -3,8 +3,8 @@
 //! no contact between two samples is missed. A known root at the start is divided out.
 
 use crate::event::first_root::FirstRoot;
-use crate::event::roots::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
 use crate::event::touch::Bottom;
+use crate::root::polynomial::{QUINTIC_SIZE, bracketed_root, derivative, roots, value};
 use crate::tolerance::{ERROR_FACTOR, QUINTIC_ERROR_PART};
 
 /// `sum c_k x^k`, `0 <= x <= 1` along the step.
@@ -214,7 +214,7 @@ impl Quintic {
 mod tests {
     use super::*;
     use crate::event::first_root::FirstRoot;
-    use crate::event::roots::from_roots;
+    use crate::root::polynomial::from_roots;
 
     #[test]
     fn the_first_fall_of_a_quartic_is_found_and_a_rise_passed_over() {

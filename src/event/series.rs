@@ -9,7 +9,9 @@ use crate::flow::BatchMotion;
 use crate::flow::gap_model::GapModel;
 use crate::flow::taylor::ROWS;
 use crate::model::Surface;
+use crate::root::{Bracket, NewtonPoint, newton};
 use crate::tolerance::{GAP_ROUNDING, SHORTEST_SERIES_PART, TERM_ROUNDINGS};
+use std::convert::Infallible;
 
 /// Samples of a step between which the lowest gap is sought. [work]
 const LOWEST_SAMPLES: usize = 32;
@@ -104,35 +106,22 @@ fn value_and_slope(c: &[f64], t: f64) -> (f64, f64) {
     })
 }
 
-/// The zero of a function that is negative at the first of two times and positive at the second, near a guess: Newton's method on
-/// its value and slope, inside the bracket.
-fn bracketed(
-    mut between: [f64; 2],
-    guess: f64,
-    value_and_slope: impl Fn(f64) -> (f64, f64),
-) -> f64 {
-    let mut t = guess.clamp(between[0], between[1]);
-    for _ in 0..MOST_SERIES_POLISHES {
-        let (value, slope) = value_and_slope(t);
-        if value == 0.0 {
-            break;
-        }
-        between[usize::from(value > 0.0)] = t;
-        let newton = t - value / slope;
-        let is_inside = newton >= between[0] && newton <= between[1];
-        let next = if is_inside {
-            newton
-        } else {
-            0.5 * (between[0] + between[1])
-        };
-        let step = next - t;
-        t = next;
-        // Half the way is no sign that the zero is near.
-        if step == 0.0 || (is_inside && step.abs() <= 2.0 * f64::EPSILON * t) {
-            break;
-        }
-    }
-    t
+/// The zero of a polynomial that falls through it between two times, near a guess; `sign` is -1 for one that rises.
+fn falling_zero(c: &[f64], sign: f64, between: [f64; 2], guess: f64) -> f64 {
+    let between = Bracket::new(between);
+    let guess = guess.clamp(between.before, between.after);
+    let Ok(step) = newton(between, guess, MOST_SERIES_POLISHES, |t| {
+        let (value, slope) = value_and_slope(c, t);
+        // A step that the time does not show is none.
+        let is_rounding = t - value / slope == t;
+        Ok::<_, Infallible>(NewtonPoint {
+            value: sign * value,
+            slope: sign * slope,
+            resolution: 2.0 * f64::EPSILON * t,
+            is_zero: value == 0.0 || is_rounding,
+        })
+    });
+    step.to
 }
 
 impl GapSeries {
@@ -192,22 +181,16 @@ impl GapSeries {
     /// Where the gap falls through zero before a time at which it is passed, near a guess, a root of the given order at the start
     /// divided out.
     fn root(&self, order: usize, guess: f64, passed: f64) -> f64 {
-        let c = &self.c[order..self.len];
-        bracketed([0.0, passed], guess, |t| {
-            let (value, slope) = value_and_slope(c, t);
-            (-value, -slope)
-        })
+        falling_zero(&self.c[order..self.len], 1.0, [0.0, passed], guess)
     }
 
     /// The minimum of a gap that falls at the start, rises after a step and is convex between: its time and gap, and where the
     /// parabola there has the root before it, if that is below zero.
     fn bottom(&self, near: f64, step: f64) -> (f64, f64, f64) {
-        let (c, slopes) = (&self.c[..self.len], self.slopes());
-        let at = bracketed([0.0, step], near, |t| {
-            value_and_slope(&slopes[..self.len - 1], t)
-        });
-        let gap = value_and_slope(c, at).0;
-        let bend = value_and_slope(&slopes[..self.len - 1], at).1;
+        let slopes = &self.slopes()[..self.len - 1];
+        let at = falling_zero(slopes, -1.0, [0.0, step], near);
+        let gap = self.value(at);
+        let bend = value_and_slope(slopes, at).1;
         (at, gap, at - (-2.0 * gap / bend).max(0.0).sqrt())
     }
 
@@ -253,7 +236,7 @@ impl GapSeries {
             let [falls, rises] = between.map(|t| value_and_slope(slopes, t).0);
             (falls < 0.0 && rises > 0.0).then(|| {
                 let guess = between[0] + (between[1] - between[0]) * falls / (falls - rises);
-                bracketed(between, guess, |t| value_and_slope(slopes, t))
+                falling_zero(slopes, -1.0, between, guess)
             })
         });
         let all = [0.0, span].into_iter().chain(turns);
@@ -347,7 +330,7 @@ impl GapSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::roots::from_roots;
+    use crate::root::polynomial::from_roots;
 
     fn search(c: &[f64], order: usize, span: f64) -> (FirstRoot, Vec<(f64, f64)>) {
         let mut touches = Vec::new();

@@ -1,7 +1,7 @@
 //! A gap \[m\] tracked along a flight by the search for the next impact: its model at the present time, the bracket of its zero, the order
 //! of its root at the start.
 
-use crate::event::bracket::Bracket;
+use crate::event::gap_bracket::GapBracket;
 use crate::flow::GapRow;
 use crate::flow::gap_model::GapModel;
 use crate::tolerance::GAP_ROUNDING;
@@ -21,7 +21,7 @@ pub(super) struct TrackedGap {
     /// motion shortly after. Zero beyond, and where the stop is not left so.
     pub late: f64,
     /// The times between which it falls through zero.
-    pub bracket: Bracket,
+    pub bracket: GapBracket,
     /// The largest size of its terms on the flight so far, and the largest gap.
     pub extent: [f64; 2],
 }
@@ -35,7 +35,7 @@ impl TrackedGap {
             order: 0,
             order_here: 0,
             late: 0.0,
-            bracket: Bracket::start(0.0, 0),
+            bracket: GapBracket::start(0.0, 0),
             extent: [0.0; 2],
         }
     }
@@ -44,7 +44,7 @@ impl TrackedGap {
     pub fn depart(&mut self, order: usize) {
         let gap = self.model.c[0];
         (self.order, self.order_here, self.late) = (order, order, 0.0);
-        self.bracket = Bracket::start(gap, order);
+        self.bracket = GapBracket::start(gap, order);
         self.extent = [0.0, gap.abs()];
     }
 

@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::model::{Contact, Moment, Scene, contacts};
 use crate::orbit::orbit_data::OrbitArc;
 use crate::path::Path;
+use crate::root::FalsePosition;
 use crate::tolerance::{FIRST_BRACKET_PART, SAME_EXTREME, TOUCHED};
 
 /// Steps on one extreme inside its bracket. [work]
@@ -283,29 +284,18 @@ impl OrbitQuantities<'_> {
     }
 }
 
-/// Where a rate that is positive at the first of two times and negative at the second is zero, and the value there: the method of the
-/// false position in its Illinois form.
+/// Where a rate that is positive at the first of two times and negative at the second is zero, and the value there.
 fn turn(
     at: impl Fn(f64) -> Result<ValueAndRate>,
-    mut ends: [f64; 2],
-    mut rates: [f64; 2],
+    ends: [f64; 2],
+    rates: [f64; 2],
 ) -> Result<(f64, f64)> {
-    let mut last = None;
-    for _ in 0..MOST_EXTREME_STEPS {
-        let middle = (ends[0] * rates[1] - ends[1] * rates[0]) / (rates[1] - rates[0]);
-        let [value, rate] = at(middle)?;
-        let side = usize::from(rate < 0.0);
-        let width = (ends[1] - ends[0]).abs();
-        let moved = (middle - ends[side]).abs();
-        if rate == 0.0 || width.min(moved) <= 4.0 * f64::EPSILON * ends[1].abs() {
-            return Ok((middle, value));
-        }
-        (ends[side], rates[side]) = (middle, rate);
-        if last == Some(side) {
-            rates[1 - side] *= 0.5;
-        }
-        last = Some(side);
-    }
-    let middle = 0.5 * (ends[0] + ends[1]);
-    Ok((middle, at(middle)?[0]))
+    let mut there = f64::NAN;
+    let search = FalsePosition::new(ends, rates);
+    let place = search.zero(MOST_EXTREME_STEPS, |place| -> Result<Option<f64>> {
+        let [value, rate] = at(place)?;
+        there = value;
+        Ok(Some(rate))
+    })?;
+    Ok((place.unwrap_or(f64::NAN), there))
 }

@@ -4,6 +4,7 @@
 use crate::hybrid::ScaledUnits;
 use crate::orbit::pulse_kernel::Kernel;
 use crate::orbit::pulses::{PulseTrain, Pulses};
+use crate::root::Secant;
 use crate::tolerance::{
     LONGEST_WINDING_STEP, MARGINAL, SHORTEST_WINDING_STEP, WINDING_STEP_PART, WINDING_TURN,
 };
@@ -85,16 +86,18 @@ impl Pulses {
             sizes[k] <= sizes[k - 1] && sizes[k] <= sizes[k + 1]
         });
         let found = lows.filter_map(|k| {
-            let mut last = Complex::from_polar(1.0, angle(k));
-            let mut found = last * Complex::from_polar(1.0, SECOND_MULTIPLIER_ANGLE);
-            let mut before = at(last);
+            let low = Complex::from_polar(1.0, angle(k));
+            let mut found = low * Complex::from_polar(1.0, SECOND_MULTIPLIER_ANGLE);
+            let mut secant = Secant {
+                at: low,
+                value: at(low),
+            };
             for _ in 0..MOST_MULTIPLIER_SECANTS {
-                let here = at(found);
-                let step = here * (found - last) / (here - before);
+                let step = secant.step(found, at(found));
                 if !step.norm().is_finite() || step.norm() <= f64::EPSILON {
                     break;
                 }
-                (last, before, found) = (found, here, found - step);
+                found += step;
             }
             (found.im > 0.0).then_some(found)
         });

@@ -3,6 +3,7 @@
 //! (`isolate.rs`), but it follows the function where it is steep or bends, and says where it could not decide.
 
 use crate::error::Result;
+use crate::root::FalsePosition;
 use crate::tolerance::{SAME_PLACE, SECOND_DIFFERENCE_SAFETY, VALUE_ROUNDING};
 use std::cell::Cell;
 
@@ -12,6 +13,8 @@ const FIRST_SUBINTERVALS: usize = 64;
 const MOST_SUBINTERVAL_HALVINGS: u32 = 30;
 /// Halvings of a subinterval in which the function has no value at some places. [work]
 const MOST_VALUELESS_HALVINGS: u32 = 10;
+/// Values for one root in its bracket. [work]
+const MOST_ROOT_POLISHES: usize = 200;
 /// Values after which what is left is undecided. [work]
 const MOST_ROOT_VALUES: usize = 20_000;
 /// Values in a subinterval: both ends, the middle and the quarters, of which a half keeps three. [exact]
@@ -154,9 +157,12 @@ pub(crate) fn roots(
                 Some(SubintervalVerdict::Crossed { quarters, places }) => {
                     found.places.extend(places.iter().map(|&i| cell.place(i)));
                     for k in quarters {
-                        let ends =
-                            [k, k + 1].map(|i| (cell.place(i), cell.y[i].unwrap_or(f64::NAN)));
-                        found.places.extend(bracketed(&mut f, ends[0], ends[1])?);
+                        let ends = [k, k + 1];
+                        let values = ends.map(|i| cell.y[i].unwrap_or(f64::NAN));
+                        let search = FalsePosition::new(ends.map(|i| cell.place(i)), values);
+                        found
+                            .places
+                            .extend(search.zero(MOST_ROOT_POLISHES, &mut f)?);
                     }
                 }
                 Some(SubintervalVerdict::Rounding) => {
@@ -187,35 +193,6 @@ fn extend(stretches: &mut Vec<(f64, f64)>, (low, high): (f64, f64)) {
         Some(last) if last.1 >= low => last.1 = high,
         _ => stretches.push((low, high)),
     }
-}
-
-/// The root of a continuous function in a bracket by bisection and secants; `None` where it has no value on the way.
-fn bracketed(
-    mut f: impl FnMut(f64) -> Result<Option<f64>>,
-    (mut x0, mut y0): (f64, f64),
-    (mut x1, mut y1): (f64, f64),
-) -> Result<Option<f64>> {
-    for round in 0..200 {
-        let secant = x1 - y1 * (x1 - x0) / (y1 - y0);
-        let x = if round % 3 == 2 || !secant.is_finite() {
-            0.5 * (x0 + x1)
-        } else {
-            secant
-        };
-        if x <= x0.min(x1) || x >= x0.max(x1) || (x1 - x0).abs() <= 4.0 * f64::EPSILON * x.abs() {
-            break;
-        }
-        let Some(y) = f(x)? else { return Ok(None) };
-        if y == 0.0 {
-            return Ok(Some(x));
-        }
-        if y * y0 < 0.0 {
-            (x1, y1) = (x, y);
-        } else {
-            (x0, y0) = (x, y);
-        }
-    }
-    Ok(Some(if y0.abs() < y1.abs() { x0 } else { x1 }))
 }
 
 #[cfg(test)]

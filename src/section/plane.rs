@@ -2,11 +2,11 @@
 //! have all their changes of sign found: between two arcs, at an impact too, a change is one of the instant.
 
 use crate::error::Result;
-use crate::event::roots::{roots_of, value as value_of};
 use crate::model::PhysicalState;
 use crate::model::chebyshev::CHEBYSHEV_NODES;
 use crate::model::function_pieces::{Layout, polynomial_pieces};
 use crate::path::{KeptMotion, Path, PathChapter};
+use crate::root::polynomial::{roots_of, value as value_of};
 use crate::tolerance::{ROOM_ROUNDING, TIME_ROUNDING};
 use nalgebra::DVector;
 

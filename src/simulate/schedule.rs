@@ -6,7 +6,9 @@ use crate::hybrid::clock::Clock;
 use crate::model::{
     Drift, Parameter, Ramp, RampProfile, RampRange, Scene, SteadyRamp, StopNumber, drifting,
 };
+use crate::root::{Bracket, bisected};
 use crate::tolerance::DWELL_ROUNDING;
+use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 /// The most chapters of a run. [work]
@@ -255,18 +257,11 @@ impl ScheduleBuilder {
             return latest;
         }
         // The frequency stays positive: the angle grows.
-        let (mut low, mut high) = (self.now, latest);
-        loop {
-            let middle = 0.5 * (low + high);
-            if !(middle > low && middle < high) {
-                return high;
-            }
-            if self.turned(middle) < angle {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let between = Bracket::new([self.now, latest]);
+        let Ok(found) = bisected(between, 0.0, |time| {
+            Ok::<_, Infallible>(self.turned(time) < angle)
+        });
+        found.after
     }
 
     /// By which angle the forcing turns from now to a time.

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The folders (and single files) of `src`, lowest first; those of one entry stand on one level.
 const LAYERS: [&[&str]; 24] = [
     &["tolerance"],
-    &["error", "quantity", "linalg", "observer"],
+    &["error", "quantity", "linalg", "observer", "root"],
     &["law"],
     &["model"],
     &["modal"],

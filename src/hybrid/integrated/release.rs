@@ -5,6 +5,7 @@ use super::scene::{Integrated, MOST_RETAKEN_STEPS};
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::polynomial::Quartic;
 use crate::law::Regime;
+use crate::root::{Bracket, Secant, bisected};
 
 use crate::error::Result;
 use crate::flow::RegimeDynamics;
@@ -156,11 +157,14 @@ fn zero_near(
     rounding: f64,
     mut force: impl FnMut(f64) -> Result<f64>,
 ) -> Result<f64> {
-    let mut s0 = SECANT_START * guess;
-    let mut f0 = force(s0)?;
+    let before = SECANT_START * guess;
+    let mut secant = Secant {
+        at: before,
+        value: force(before)?,
+    };
     let (mut s, mut f) = (guess, force(guess)?);
     for _ in 0..MOST_RETAKEN_STEPS {
-        let next = (s - f * (s - s0) / (f - f0)).clamp(0.0, h);
+        let next = (s + secant.step(s, f)).clamp(0.0, h);
         if next.is_nan() || (next - s).abs() <= 4.0 * f64::EPSILON * h {
             break;
         }
@@ -168,36 +172,20 @@ fn zero_near(
         if there.abs() >= f.abs() {
             // One that falls through zero almost without slope leads a secant beyond it.
             if f > rounding && there < 0.0 && next > s {
-                return zero_between(s, next, h, force);
+                let last_places = 4.0 * f64::EPSILON * h;
+                let found = bisected(Bracket::new([s, next]), last_places, |x| -> Result<bool> {
+                    Ok(force(x)? > 0.0)
+                })?;
+                force(found.after)?;
+                return Ok(found.after);
             }
             // One that falls no further is rounding, on which a secant would lead anywhere: back to the step before.
             force(s)?;
             break;
         }
-        (s0, f0) = (s, f);
         (s, f) = (next, there);
     }
     Ok(s)
-}
-
-/// The zero of a force that is positive at one length of a step and negative at another, by bisection. The force is asked for last
-/// where it is found.
-fn zero_between(
-    mut positive: f64,
-    mut negative: f64,
-    h: f64,
-    mut force: impl FnMut(f64) -> Result<f64>,
-) -> Result<f64> {
-    while negative - positive > 4.0 * f64::EPSILON * h {
-        let middle = 0.5 * (positive + negative);
-        if force(middle)? > 0.0 {
-            positive = middle;
-        } else {
-            negative = middle;
-        }
-    }
-    force(negative)?;
-    Ok(negative)
 }
 
 #[cfg(test)]

@@ -6,8 +6,10 @@ use crate::linalg::rank::SolutionSet;
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
 use crate::orbit::one_instant::phases::PhaseSolutions;
 use crate::orbit::problem::outgrown;
+use crate::root::{Bracket, NewtonPoint, newton};
 use crate::tolerance::{AT_FOLD, SAME_PHASE, SOLVABLE};
 use nalgebra::{Complex, DMatrix, DVector};
+use std::convert::Infallible;
 use std::f64::consts::TAU;
 
 /// `constant + Re sum_k a_k e^{i k x}`, k from 1.
@@ -18,6 +20,8 @@ struct TrigonometricPolynomial {
 
 /// Halvings of a range of phases beyond which the values in it are rounding. [work]
 const MOST_PHASE_HALVINGS: u32 = 45;
+/// Values for a root in its bracket, halvings among them. [work]
+const MOST_PHASE_POLISHES: usize = 200;
 /// Where the first range of phases begins [rad]: at no phase that a symmetry has. [work]
 const FIRST_PHASE: f64 = 0.37;
 
@@ -93,35 +97,24 @@ impl TrigonometricPolynomial {
         zeros
     }
 
-    /// Where a derivative that is monotone between two places changes its sign: Newton's method in the bracket. A zero at an end counts
-    /// as above it.
-    fn crossing(&self, order: i32, mut low: f64, mut high: f64) -> Option<f64> {
-        let f = |x: f64| self.derivative(order, x);
-        let falls = f(low) >= 0.0;
-        if falls == (f(high) >= 0.0) {
+    /// Where a derivative that is monotone between two places changes its sign. A zero at an end counts as above it.
+    fn crossing(&self, order: i32, low: f64, high: f64) -> Option<f64> {
+        let falls = self.derivative(order, low) >= 0.0;
+        if falls == (self.derivative(order, high) >= 0.0) {
             return None;
         }
-        let mut x = 0.5 * (low + high);
-        for _ in 0..200 {
-            let y = f(x);
-            if (y >= 0.0) == falls {
-                low = x;
-            } else {
-                high = x;
-            }
-            let newton = x - y / self.derivative(order + 1, x);
-            let is_inside = newton > low && newton < high;
-            let next = if is_inside {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
-            if (is_inside && (next - x).abs() <= f64::EPSILON * x) || next <= low || next >= high {
-                return Some(next);
-            }
-            x = next;
-        }
-        Some(x)
+        let sign = if falls { 1.0 } else { -1.0 };
+        let between = Bracket::new([low, high]);
+        let Ok(step) = newton(between, between.middle(), MOST_PHASE_POLISHES, |x| {
+            let value = sign * self.derivative(order, x);
+            Ok::<_, Infallible>(NewtonPoint {
+                value,
+                slope: sign * self.derivative(order + 1, x),
+                resolution: f64::EPSILON * x,
+                is_zero: value == 0.0,
+            })
+        });
+        Some(step.to)
     }
 }
 

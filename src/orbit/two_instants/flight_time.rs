@@ -16,14 +16,15 @@ use crate::orbit::two_instants::polish::{
     Root, TwoInstantEquations, circle_starts, least_squares_start, polish,
 };
 use crate::orbit::two_instants::taylor_model::TaylorModel;
+use crate::root::{Bracket, bisected};
 use crate::tolerance::{
     FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, SAME_ROOT_UNKNOWNS, TOGETHER,
     TRIVIAL_FLIGHT,
 };
 use nalgebra::{DMatrix, DVector};
 
-/// Bisections of a bracket from which Newton's method went astray. [work]
-const BRACKET_HALVINGS: usize = 30;
+/// The part of a bracket, from which Newton's method went astray, to which bisection narrows it. [work]
+const BRACKET_RESOLUTION: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct FlightTimeSearch<'a> {
@@ -302,26 +303,24 @@ impl FlightTimeSearch<'_> {
             };
             self.sample(&mut minors, &place).series.at_origin()
         };
-        let Enclosure {
-            mut low, mut high, ..
-        } = *bracket;
+        let Enclosure { low, high, .. } = *bracket;
         // The end of the range may be a zero that was divided out: the sign is that of the other one.
         let (below, above) = (value(low), value(high));
         let is_from_low = below.abs() > above.abs();
         let sign = if is_from_low { below } else { above };
-        for _ in 0..BRACKET_HALVINGS {
-            observer.ask()?;
-            let middle = 0.5 * (low + high);
-            if (value(middle) * sign > 0.0) == is_from_low {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let between = Bracket::new([low, high]);
+        let narrowed = bisected(
+            between,
+            BRACKET_RESOLUTION * between.length(),
+            |t| -> Result<bool> {
+                observer.ask()?;
+                Ok((value(t) * sign > 0.0) == is_from_low)
+            },
+        )?;
         Ok(Enclosure {
-            low,
-            high,
-            guess: 0.5 * (low + high),
+            low: narrowed.before,
+            high: narrowed.after,
+            guess: narrowed.middle(),
         })
     }
 

@@ -2,7 +2,7 @@
 
 /// Times between which a gap falls through zero.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bracket {
+pub(crate) struct GapBracket {
     /// The last at which it was open; the start of the flight where it never was since.
     open: f64,
     /// The first after that at which it was not; infinite where there is none.
@@ -13,7 +13,7 @@ pub(crate) struct Bracket {
     pub floor: f64,
 }
 
-impl Bracket {
+impl GapBracket {
     /// The bracket at the start of a flight, from a gap with a root of some order there, zero for an open gap. A flight may rise by less
     /// than rounding left its start below zero.
     pub fn start(gap: f64, order: usize) -> Self {
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn a_zero_stays_between_open_and_closed() {
-        let mut bracket = Bracket::start(0.4, 0);
+        let mut bracket = GapBracket::start(0.4, 0);
         for (time, gap) in [(1.0, 0.2), (2.0, -1e-9), (3.0, -1e-9)] {
             bracket.note(time, gap);
         }
@@ -75,15 +75,15 @@ mod tests {
         assert_eq!(bracket.next(Some(5.0), 4.0), 5.0);
         // Without a time at which it is closed nothing is known but that it comes after the last at which it was open.
         assert_eq!(bracket.next(Some(3.0), 4.5), 4.5);
-        assert_eq!(Bracket::start(0.0, 1).next(Some(-0.1), 0.2), 0.2);
+        assert_eq!(GapBracket::start(0.0, 1).next(Some(-0.1), 0.2), 0.2);
     }
 
     #[test]
     fn a_flight_from_just_below_a_stop_ends_where_it_began() {
-        let mut bracket = Bracket::start(-1e-16, 1);
+        let mut bracket = GapBracket::start(-1e-16, 1);
         bracket.note(1.0, -1e-17);
         bracket.note(2.0, -2e-16);
         assert_eq!((bracket.open, bracket.closed), (1.0, 2.0));
-        assert_eq!(Bracket::start(-1e-16, 0).floor, 0.0);
+        assert_eq!(GapBracket::start(-1e-16, 0).floor, 0.0);
     }
 }

@@ -1,5 +1,11 @@
 //! The roots of a polynomial of low order: its derivative's part it into monotone pieces.
 
+use crate::root::bracket::Bracket;
+use crate::root::newton::{NewtonPoint, newton};
+use std::convert::Infallible;
+
+/// Values of a polynomial for a root in its bracket, halvings among them. [work]
+const MOST_POLYNOMIAL_POLISHES: usize = 200;
 /// Number of coefficients of the longest polynomial of a gap, a quintic. [exact]
 pub(crate) const QUINTIC_SIZE: usize = 6;
 
@@ -39,35 +45,25 @@ pub(crate) fn derivative<const N: usize>(c: &[f64]) -> ([f64; N], usize) {
     (d, c.len() - 1)
 }
 
-/// The root in an interval over whose ends a monotone polynomial changes its sign: Newton's method inside the bracket; a
-/// step of bisection is never taken for a converged one.
+/// The root in an interval over whose ends a monotone polynomial changes its sign.
 pub(crate) fn bracketed_root(c: &[f64], low: f64, high: f64) -> f64 {
     bracketed::<QUINTIC_SIZE>(c, low, high)
 }
 
-fn bracketed<const N: usize>(c: &[f64], mut low: f64, mut high: f64) -> f64 {
+fn bracketed<const N: usize>(c: &[f64], low: f64, high: f64) -> f64 {
     let (d, size) = derivative::<N>(c);
-    let falls = value(c, low) > 0.0;
-    let mut x = 0.5 * (low + high);
-    for _ in 0..200 {
+    let sign = if value(c, low) > 0.0 { 1.0 } else { -1.0 };
+    let between = Bracket::new([low, high]);
+    let Ok(step) = newton(between, between.middle(), MOST_POLYNOMIAL_POLISHES, |x| {
         let y = value(c, x);
-        if y == 0.0 {
-            return x;
-        }
-        if (y > 0.0) == falls {
-            low = x;
-        } else {
-            high = x;
-        }
-        let newton = x - y / value(&d[..size], x);
-        let inside = newton > low && newton < high;
-        let next = if inside { newton } else { 0.5 * (low + high) };
-        if next == x || (inside && (next - x).abs() <= f64::EPSILON * x.abs()) || high <= low {
-            return next;
-        }
-        x = next;
-    }
-    x
+        Ok::<_, Infallible>(NewtonPoint {
+            value: sign * y,
+            slope: sign * value(&d[..size], x),
+            resolution: f64::EPSILON * x.abs(),
+            is_zero: y == 0.0,
+        })
+    });
+    step.to
 }
 
 /// The roots of a polynomial inside (0, 1) at which it changes its sign, by way of those of its derivative.
