@@ -353,7 +353,6 @@ impl<'a> GapSearch<'a> {
                     value: there.gap,
                     slope: there.slope,
                     resolution: 2.0 * f64::EPSILON * x,
-                    is_zero: there.gap == 0.0,
                 })
             },
         )?;

@@ -3,8 +3,7 @@
 use crate::flow::gap_model::GapModel;
 use crate::flow::{Derivatives, GapRow, LinearFlow};
 use crate::modal::Pair;
-use crate::root::{Bracket, NewtonPoint, newton};
-use std::convert::Infallible;
+use crate::root::Bracket;
 
 /// Steps of Newton's method from the minimum of a cubic, each of which doubles the digits. [work]
 const SHARPENING_STEPS: usize = 2;
@@ -80,31 +79,32 @@ impl<'a, F: LinearFlow> GapEvaluator<'a, F> {
     }
 
     /// The minimum of a gap that falls at the first of two times, rises at the second and is convex between them, and the model
-    /// near it: where its speed is zero, until what is left to fall is rounding.
+    /// near it: Newton's method on the speed inside the bracket, until what is left to fall is rounding, however long the way to there.
     pub fn bottom(&mut self, gap: &GapRow, between: [f64; 2], guess: f64) -> (Lowest, GapModel) {
-        let mut model = GapModel::default();
-        let mut lowest = None;
-        let Ok(last) = newton(Bracket::new(between), guess, MOST_MINIMUM_STEPS, |time| {
-            model = self.at(time, gap);
+        let mut between = Bracket::new(between);
+        let mut time = guess;
+        let mut model = self.at(time, gap);
+        for _ in 0..MOST_MINIMUM_STEPS {
             let [_, slope, bend, _] = model.c;
+            between.narrow(time, slope <= 0.0);
             let step = -0.5 * slope / bend;
-            let is_inside = (between[0]..=between[1]).contains(&(time + step));
-            let is_rounding = is_inside && (slope * step).abs() <= f64::EPSILON * model.size;
-            lowest = is_rounding.then(|| Lowest {
-                time: time + step,
-                gap: model.value(step),
-            });
-            Ok::<_, Infallible>(NewtonPoint {
-                value: -slope,
-                slope: -2.0 * bend,
-                resolution: 0.0,
-                is_zero: is_rounding,
-            })
-        });
-        let lowest = lowest.unwrap_or(Lowest {
-            time: last.from,
-            gap: model.c[0],
-        });
-        (lowest, model)
+            let is_inside = (between.before..=between.after).contains(&(time + step));
+            if is_inside && (slope * step).abs() <= f64::EPSILON * model.size {
+                let (time, gap) = (time + step, model.value(step));
+                return (Lowest { time, gap }, model);
+            }
+            let next = if is_inside {
+                time + step
+            } else {
+                between.middle()
+            };
+            if next == time {
+                break;
+            }
+            time = next;
+            model = self.at(time, gap);
+        }
+        let gap = model.c[0];
+        (Lowest { time, gap }, model)
     }
 }

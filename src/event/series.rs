@@ -115,10 +115,9 @@ fn falling_zero(c: &[f64], sign: f64, between: [f64; 2], guess: f64) -> f64 {
         // A step that the time does not show is none.
         let is_rounding = t - value / slope == t;
         Ok::<_, Infallible>(NewtonPoint {
-            value: sign * value,
+            value: if is_rounding { 0.0 } else { sign * value },
             slope: sign * slope,
             resolution: 2.0 * f64::EPSILON * t,
-            is_zero: value == 0.0 || is_rounding,
         })
     });
     step.to

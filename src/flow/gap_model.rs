@@ -2,9 +2,8 @@
 //! what follows from it on `0 <= r <= span`, proved by the Bernstein form: a polynomial is no smaller than its least
 //! Bernstein coefficient (theory 8).
 
-use crate::root::{Bracket, NewtonPoint, newton};
+use crate::root::Bracket;
 use crate::tolerance::FALLING_ROOT_STEP;
-use std::convert::Infallible;
 
 /// Values of a cubic for its root in a bracket, halvings among them. [work]
 const MOST_CUBIC_POLISHES: usize = 60;
@@ -183,25 +182,31 @@ impl GapModel {
         (-b / (c + root)).clamp(0.0, span)
     }
 
-    /// The first root of a cubic that falls from `c[0] >= 0` through zero before `span`.
+    /// The first root of a cubic that falls from `c[0] >= 0` through zero before `span`: Newton's method inside the bracket, to the last places of
+    /// the span, since it is a first guess.
     pub fn falling_root(&self, span: f64) -> f64 {
-        let between = Bracket::new([0.0, span]);
-        let guess = if self.c[1] < 0.0 {
+        let mut between = Bracket::new([0.0, span]);
+        let mut r = if self.c[1] < 0.0 {
             (-self.c[0] / self.c[1]).clamp(0.0, span)
         } else {
             between.middle()
         };
-        let Ok(step) = newton(between, guess, MOST_CUBIC_POLISHES, |r| {
-            Ok::<_, Infallible>(NewtonPoint {
-                value: self.value(r),
-                slope: self.slope(r),
-                // The error of Newton's method is the square of its step.
-                resolution: FALLING_ROOT_STEP * span,
-                // The cubic is near the gap alone: where it is zero is a first guess.
-                is_zero: false,
-            })
-        });
-        step.to
+        for _ in 0..MOST_CUBIC_POLISHES {
+            let value = self.value(r);
+            between.narrow(r, value > 0.0);
+            let wanted = r - value / self.slope(r);
+            // The error of Newton's method is the square of its step.
+            let (next, sharp) = if between.has(wanted) {
+                (wanted, FALLING_ROOT_STEP)
+            } else {
+                (between.middle(), f64::EPSILON)
+            };
+            if (next - r).abs() <= sharp * span {
+                return next;
+            }
+            r = next;
+        }
+        r
     }
 
     /// The same gap after an impact, its root at r = 0 divided out: `h/r`, whose sign is that of the gap. `order` is the

@@ -10,8 +10,6 @@ pub(crate) struct NewtonPoint {
     pub slope: f64,
     /// A step no longer than this has led to the zero.
     pub resolution: f64,
-    /// Whether the place is the zero as it is, so that no step is made.
-    pub is_zero: bool,
 }
 
 /// The last step of a search.
@@ -42,7 +40,7 @@ pub(crate) fn newton<E>(
         between.narrow(from, here.value > 0.0);
         let wanted = from - here.value / here.slope;
         let is_newton = between.has(wanted);
-        let to = if here.is_zero {
+        let to = if here.value == 0.0 {
             from
         } else if is_newton {
             wanted
@@ -51,7 +49,7 @@ pub(crate) fn newton<E>(
         };
         step = NewtonStep { from, to };
         let is_converged = is_newton && (to - from).abs() <= here.resolution;
-        if here.is_zero || is_converged || !between.has(to) {
+        if is_converged || !between.has(to) {
             break;
         }
     }
@@ -71,7 +69,6 @@ mod tests {
                 value,
                 slope,
                 resolution,
-                is_zero: value == 0.0,
             })
         });
         found

@@ -55,12 +55,10 @@ fn bracketed<const N: usize>(c: &[f64], low: f64, high: f64) -> f64 {
     let sign = if value(c, low) > 0.0 { 1.0 } else { -1.0 };
     let between = Bracket::new([low, high]);
     let Ok(step) = newton(between, between.middle(), MOST_POLYNOMIAL_POLISHES, |x| {
-        let y = value(c, x);
         Ok::<_, Infallible>(NewtonPoint {
-            value: sign * y,
+            value: sign * value(c, x),
             slope: sign * value(&d[..size], x),
             resolution: f64::EPSILON * x.abs(),
-            is_zero: y == 0.0,
         })
     });
     step.to

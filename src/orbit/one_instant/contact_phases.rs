@@ -106,12 +106,10 @@ impl TrigonometricPolynomial {
         let sign = if falls { 1.0 } else { -1.0 };
         let between = Bracket::new([low, high]);
         let Ok(step) = newton(between, between.middle(), MOST_PHASE_POLISHES, |x| {
-            let value = sign * self.derivative(order, x);
             Ok::<_, Infallible>(NewtonPoint {
-                value,
+                value: sign * self.derivative(order, x),
                 slope: sign * self.derivative(order + 1, x),
                 resolution: f64::EPSILON * x,
-                is_zero: value == 0.0,
             })
         });
         Some(step.to)
