@@ -31,8 +31,8 @@ impl CriticalBounces {
     pub fn of(restitution: f64) -> Self {
         let e = restitution;
         let off = |s: f64| e * (3.0 - 2.0 * s) - (1.0 - s) * (1.0 - s) * (3.0 - s);
-        let of_border = Bracket::new([0.0, 1.0]);
-        let Ok(found) = bisected(of_border, 0.0, |s| Ok::<_, Infallible>(off(s) < 0.0));
+        let between = Bracket::new([0.0, 1.0]);
+        let Ok(found) = bisected(between, 0.0, |s| Ok::<_, Infallible>(off(s) < 0.0));
         let s = found.middle();
         // Derivatives of the next speed e (s/2 - s^2/3)/(1 - s)^2 and of this one, s/2 - s^2/6, by s.
         let next = e

@@ -1,5 +1,5 @@
-//! The locator: where a test function is zero on a step of a curve, by the method of false position; or where a
-//! property changes, by bisection. The abscissa is the arclength along the step; how well a zero is known is told by a parameter.
+//! The locator: where a test function is zero on a step of a curve, by false position; or where a property changes, by bisection. The
+//! abscissa is the arclength along the step; how well a zero is known is told by a parameter.
 
 use crate::continuation::corrector::CorrectedOf;
 use crate::continuation::predictor::{BaseOf, stepped};

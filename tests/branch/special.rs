@@ -1,6 +1,6 @@
 //! Special points against closed forms, and the law that multipliers cross the unit circle at them alone.
 
-use crate::random::{Cases, Random};
+use crate::random::Random;
 use crate::scenes::{Oscillator, USUAL, followed};
 use vibroimpact::nalgebra::{Complex, DMatrix, DVector, dvector};
 use vibroimpact::{
@@ -273,8 +273,8 @@ fn rate(branch: &Branch, special: &Special) -> f64 {
 #[test]
 fn multipliers_leave_the_circle_at_special_points_alone() {
     let (mut tori, mut changes) = (0, 0);
-    let cases = Cases::new(91, 40);
-    for (case, ref mut random) in cases.each() {
+    for case in 0..120 {
+        let random = &mut Random::of_case(91, case);
         let n = 2 + random.below(2);
         let half = random.matrix(n);
         let stiffness = DMatrix::identity(n, n) + &half * half.transpose();
@@ -323,10 +323,7 @@ fn multipliers_leave_the_circle_at_special_points_alone() {
             }
         }
     }
-    assert!(
-        cases.have(tori, 4) && cases.have(changes, 40),
-        "{tori} {changes}"
-    );
+    assert!(tori > 5 && changes > 50, "{tori} {changes}");
 }
 
 /// A torus over frequency and force: on all its curve two multipliers lie on the circle.

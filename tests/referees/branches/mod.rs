@@ -60,7 +60,7 @@ fn check(cases: Cases, tally: &Tally, wanted: &[(&str, usize)]) {
 
 #[test]
 fn branches_of_pendulums_are_what_the_referee_says() {
-    let cases = Cases::new(12, 20);
+    let cases = Cases::new(12, 30);
     let tally = compared("branches of pendulums", cases, integrated::check);
     let wanted = [
         ("orbits", 100),
@@ -88,7 +88,7 @@ fn branches_of_linear_systems_are_what_the_referee_says() {
 
 #[test]
 fn branches_beside_springs_close_as_the_referee_says() {
-    let cases = Cases::new(8, 3);
+    let cases = Cases::new(8, 5);
     let tally = compared("branches beside springs", cases, followed::check_sprung);
     check(cases, &tally, &[("branches", 50), ("points", 800)]);
 }
@@ -102,7 +102,7 @@ fn stays_that_are_cut_push_to_their_ends() {
 
 #[test]
 fn tori_turn_as_the_referee_says() {
-    let cases = Cases::new(2, 70);
+    let cases = Cases::new(2, 120);
     let tally = compared("tori", cases, tori::check);
     check(cases, &tally, &[("tori", 5), ("rotation numbers", 5)]);
 }
@@ -122,7 +122,7 @@ fn families_are_what_the_referee_says() {
 
 #[test]
 fn curves_have_what_the_referee_says() {
-    let cases = Cases::new(4, 20);
+    let cases = Cases::new(4, 40);
     let tally = compared("curves", cases, curves::check);
     let wanted = [
         ("curves", 40),

@@ -14,7 +14,7 @@ use vibroimpact::{SimulateOptions, Solver, simulate};
 const SAMPLES: usize = 40;
 #[test]
 fn pendulums_move_as_the_referee_says() {
-    let cases = Cases::new(1, 60);
+    let cases = Cases::new(1, 100);
     let (count, seed) = (cases.numbers().len(), cases.seed);
     let (mut parts, mut failed, mut hits) = (0.0, Vec::new(), 0);
     for (number, mut random) in cases.each() {

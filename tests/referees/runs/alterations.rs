@@ -12,7 +12,7 @@ use vibroimpact::Trajectory;
 
 /// By how much of itself, or of the fastest motion's time, a number is changed.
 const CHANGE: f64 = 1e-3;
-const SCENES: u64 = 40;
+const SCENES: u64 = 80;
 /// An impact is changed whose speed is this part of the motion's, and which is as far from others in the fastest motion's times.
 const PLAIN: f64 = 1e-2;
 

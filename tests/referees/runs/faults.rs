@@ -23,10 +23,7 @@ fn run_of(case: &Case) -> Option<Trajectory> {
 
 /// The first scene of a seed, from a number on, whose run is of some kind.
 fn first(from: u64, is: &dyn Fn(&Case, &Trajectory) -> bool) -> (Case, Trajectory) {
-    let runs = (from..).map(|k| {
-        eprintln!("CASE {k}");
-        scene(7, k)
-    });
+    let runs = (from..).map(|k| scene(7, k));
     let mut runs = runs.filter_map(|case| run_of(&case).map(|run| (case, run)));
     runs.find(|(case, run)| is(case, run))
         .expect("there is one")
