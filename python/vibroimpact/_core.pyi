@@ -10,6 +10,8 @@ from vibroimpact.results.derivatives import Derivatives
 from vibroimpact.results.special import Special
 
 __all__ = [
+    "_BEYOND_OUTCOMES",
+    "_END_REASONS",
     "_SPECIAL_KINDS",
     "BaseAcceleration",
     "BaseMotion",
@@ -105,6 +107,8 @@ _Fields: TypeAlias = dict[str, Any]
 #: Threads, whether progress is shown, what is asked whether to go on.
 _Engine: TypeAlias = tuple[int | None, bool, Callable[[], None] | None]
 
+_BEYOND_OUTCOMES: tuple[str, ...]
+_END_REASONS: tuple[str, ...]
 _SPECIAL_KINDS: tuple[str, ...]
 __version__: str
 

@@ -17,6 +17,14 @@ pub enum BeyondOutcome {
 }
 
 impl BeyondOutcome {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Continues,
+        Self::NonsmoothFold,
+        Self::Jumps,
+        Self::Undecided,
+    ];
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {

@@ -24,6 +24,19 @@ pub enum EndReason {
 }
 
 impl EndReason {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Range,
+        Self::Closed,
+        Self::Points,
+        Self::Step,
+        Self::Boundary,
+        Self::Doubling,
+        Self::Domain,
+        Self::Interrupted,
+        Self::Start,
+    ];
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {

@@ -99,15 +99,20 @@ mod _core {
     #[pymodule_export]
     use super::trajectory::{_restore_trajectory, PyTrajectory};
 
+    use crate::branch::{BeyondOutcome, SpecialKind};
+    use crate::continuation::EndReason;
     use pyo3::prelude::*;
+    use pyo3::types::PyTuple;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        let kinds = crate::branch::SpecialKind::ALL.map(crate::branch::SpecialKind::name);
-        module.add(
-            "_SPECIAL_KINDS",
-            pyo3::types::PyTuple::new(module.py(), kinds)?,
-        )?;
+        let kinds = SpecialKind::ALL.map(SpecialKind::name);
+        let outcomes = BeyondOutcome::ALL.map(BeyondOutcome::name);
+        let reasons = EndReason::ALL.map(EndReason::name);
+        let py = module.py();
+        module.add("_SPECIAL_KINDS", PyTuple::new(py, kinds)?)?;
+        module.add("_BEYOND_OUTCOMES", PyTuple::new(py, outcomes)?)?;
+        module.add("_END_REASONS", PyTuple::new(py, reasons)?)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

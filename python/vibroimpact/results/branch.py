@@ -18,7 +18,7 @@ from vibroimpact.results.record import ItemsRecord, array, items
 from vibroimpact.results.special import Special
 
 #: Why a branch ends.
-REASONS = ("range", "closed", "points", "step", "boundary", "doubling", "domain", "interrupted", "start")
+REASONS: tuple[str, ...] = _core._END_REASONS
 
 
 def check_ends(ends: Sequence[tuple[str, str]]) -> None:

@@ -23,7 +23,7 @@ KINDS: tuple[str, ...] = _core._SPECIAL_KINDS
 BOUNDARIES = KINDS[KINDS.index("graze") :]
 
 #: How a motion may go on beyond a boundary.
-OUTCOMES = ("continues", "nonsmooth_fold", "jumps", "undecided")
+OUTCOMES: tuple[str, ...] = _core._BEYOND_OUTCOMES
 
 
 class Candidate(Record):
