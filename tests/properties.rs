@@ -344,7 +344,8 @@ fn check_orbit(orbit: &PeriodicOrbit) {
             continue;
         };
         let normal = stop.normal_vector(scene.n_dof(), "stop").expect("checked");
-        let turned = normal.dot(&after.1) + stop.restitution().value() * normal.dot(&before.1);
+        let turned = normal.dot(&after.1)
+            + stop.restitution().expect("rigid").value() * normal.dot(&before.1);
         let speed = normal.norm() * (before.1.norm() + after.1.norm());
         assert!(
             turned.abs() <= 1e-8 * speed,
@@ -465,7 +466,7 @@ proptest! {
             for (column, &i) in stops.iter().enumerate() {
                 let vibroimpact::Constraint::Stop(stop) = &scene.stops()[i] else { continue };
                 normals.set_column(column, &stop.normal_vector(n, "stop").expect("checked"));
-                wanted.push(stop.restitution().value());
+                wanted.push(stop.restitution().expect("rigid").value());
             }
             let audit = audit_recovery(&matrix, &mass, &normals).expect("finite");
             if let ([e], true) = (wanted.as_slice(), is_inertial(&scene)) {

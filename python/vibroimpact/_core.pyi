@@ -24,6 +24,7 @@ __all__ = [
     "LinearSystem",
     "Load",
     "Modes",
+    "Newton",
     "NonlinearStop",
     "NonlinearSystem",
     "Orbit",
@@ -33,6 +34,7 @@ __all__ = [
     "RecoveryAudit",
     "Scene",
     "Signal",
+    "Spring",
     "Stability",
     "Stats",
     "Stop",
@@ -106,6 +108,8 @@ _Keep: TypeAlias = Literal["motion", "impacts", "final"]
 _Fields: TypeAlias = dict[str, Any]
 #: Threads, whether progress is shown, what is asked whether to go on.
 _Engine: TypeAlias = tuple[int | None, bool, Callable[[], None] | None]
+
+_Law: TypeAlias = "Newton | Spring"
 
 _BEYOND_OUTCOMES: tuple[str, ...]
 _END_REASONS: tuple[str, ...]
@@ -334,14 +338,52 @@ class BaseAcceleration:
     def __getnewargs__(self) -> tuple[Signal]: ...
 
 @final
+class Newton:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(cls, restitution: float) -> Self: ...
+    @property
+    def restitution(self) -> float: ...
+    def equivalent_restitution(self, mass: float, speed: float | None = None) -> float: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs__(self) -> tuple[float]: ...
+
+@final
+class Spring:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(
+        cls,
+        stiffness: float,
+        damping: float = 0.0,
+        *,
+        release: Literal["gap", "force", "clipped"] | None = None,
+        preload: float = 0.0,
+    ) -> Self: ...
+    @staticmethod
+    def from_restitution(
+        restitution: float, stiffness: float, mass: float, *, release: Literal["gap", "force", "clipped"]
+    ) -> Spring: ...
+    def equivalent_restitution(self, mass: float, speed: float | None = None) -> float: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def preload(self) -> float: ...
+    @property
+    def release(self) -> Literal["gap", "force", "clipped"] | None: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[float, float], dict[str, Any]]: ...
+
+@final
 class Stop:
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def __new__(
         cls,
         normal: SupportsIndex | ArrayLike,
         clearance: float,
-        restitution: float,
+        restitution: float | None = None,
         *,
+        contact: _Law | None = None,
         side: Literal["upper", "lower"] = "upper",
         reaction: Literal["inertia", "coordinate"] | ArrayLike | None = None,
         motion: _Motion | None = None,
@@ -351,7 +393,9 @@ class Stop:
     @property
     def clearance(self) -> float: ...
     @property
-    def restitution(self) -> float: ...
+    def restitution(self) -> float | None: ...
+    @property
+    def contact(self) -> _Law: ...
     @property
     def side(self) -> Literal["upper", "lower"]: ...
     @property
@@ -359,7 +403,7 @@ class Stop:
     @property
     def motion(self) -> _OutMotion: ...
     def __eq__(self, value: object, /) -> bool: ...
-    def __getnewargs_ex__(self) -> tuple[tuple[int | _FloatArray, float, float], dict[str, Any]]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[int | _FloatArray, float, float | None], dict[str, Any]]: ...
 
 @final
 class Wall:
@@ -368,8 +412,9 @@ class Wall:
         cls,
         bob: SupportsIndex,
         position: float,
-        restitution: float,
+        restitution: float | None = None,
         *,
+        contact: _Law | None = None,
         side: Literal["right", "left"] = "right",
         motion: _Motion | None = None,
     ) -> Self: ...
@@ -378,7 +423,9 @@ class Wall:
     @property
     def position(self) -> float: ...
     @property
-    def restitution(self) -> float: ...
+    def restitution(self) -> float | None: ...
+    @property
+    def contact(self) -> _Law: ...
     @property
     def side(self) -> Literal["right", "left"]: ...
     @property
@@ -393,8 +440,9 @@ class NonlinearStop:
         cls,
         gap: _OfPosition,
         gradient: _OfPosition,
-        restitution: float,
+        restitution: float | None = None,
         *,
+        contact: _Law | None = None,
         curvature: float | None = None,
         reaction: Literal["inertia", "coordinate"] | ArrayLike | None = None,
         motion: _Motion | None = None,
@@ -404,7 +452,9 @@ class NonlinearStop:
     @property
     def gradient(self) -> _OfPosition: ...
     @property
-    def restitution(self) -> float: ...
+    def restitution(self) -> float | None: ...
+    @property
+    def contact(self) -> _Law: ...
     @property
     def curvature(self) -> float | None: ...
     @property
@@ -428,6 +478,8 @@ class Scene:
     def system(self) -> _System: ...
     @property
     def forcing(self) -> _Forcing | tuple[_Forcing, ...] | None: ...
+    @property
+    def elements(self) -> tuple[str, ...]: ...
     @property
     def stops(self) -> tuple[_Stop, ...]: ...
     @property
@@ -547,6 +599,10 @@ class Orbit:
     @property
     def segments(self) -> NDArray[np.void]: ...
     @property
+    def contacts(self) -> NDArray[np.void]: ...
+    @property
+    def regimes(self) -> NDArray[np.void]: ...
+    @property
     def energy(self) -> Energy: ...
     @property
     def coefficients(self) -> Coefficients | None: ...
@@ -604,9 +660,16 @@ class Orbits:
 @final
 class Stats:
     def __new__(
-        cls, n_rhs: int, n_steps: int, n_gap_evaluations: int, n_flights: int, n_impacts: int, atol: float = float("nan")
+        cls,
+        n_rhs: int,
+        n_steps: int,
+        n_gap_evaluations: int,
+        n_flights: int,
+        n_impacts: int,
+        atol: float = float("nan"),
+        n_contacts: int | None = None,
     ) -> Stats: ...
-    def __getnewargs__(self) -> tuple[int, int, int, int, int, float]: ...
+    def __getnewargs__(self) -> tuple[int, int, int, int, int, float, int]: ...
     @property
     def n_rhs(self) -> int: ...
     @property
@@ -619,6 +682,8 @@ class Stats:
     def n_impacts(self) -> int: ...
     @property
     def atol(self) -> float: ...
+    @property
+    def n_contacts(self) -> int: ...
 
 @final
 class Energy:
@@ -631,6 +696,7 @@ class Energy:
         damping_loss: ArrayLike,
         impact_loss: ArrayLike,
         balance: ArrayLike,
+        contact_loss: ArrayLike | None = None,
     ) -> Energy: ...
     def __getnewargs__(self) -> tuple[NDArray[np.float64], ...]: ...
     @property
@@ -645,6 +711,8 @@ class Energy:
     def damping_loss(self) -> _FloatArray: ...
     @property
     def impact_loss(self) -> _FloatArray: ...
+    @property
+    def contact_loss(self) -> _FloatArray: ...
     @property
     def balance(self) -> _FloatArray: ...
 
@@ -683,6 +751,10 @@ class Trajectory:
     def energy(self) -> Energy: ...
     @property
     def segments(self) -> NDArray[np.void]: ...
+    @property
+    def contacts(self) -> NDArray[np.void]: ...
+    @property
+    def regimes(self) -> NDArray[np.void]: ...
     @property
     def final(self) -> tuple[_FloatArray, _FloatArray]: ...
     @property

@@ -73,6 +73,7 @@ fn search<'s>(
     around: &'s StateBox,
     options: &'s AttractorOptions,
 ) -> Result<AttractorSearch<'s>> {
+    scene.check_stops_are_rigid("find_attractors")?;
     let Some(period) = scene.period() else {
         let rule = "attractors are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));

@@ -70,6 +70,7 @@ impl Targets {
         hits: Option<usize>,
         options: &SimulateOptions,
     ) -> Result<Self> {
+        scene.check_stops_are_rigid("basins")?;
         let quiet = quiet_phase(attractors, phase);
         let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
             let mut place = Vec::new();

@@ -95,6 +95,7 @@ pub fn derivatives_of_run(
 }
 
 fn check(run: &Trajectory, times: &[f64]) -> Result<()> {
+    run.scene().check_stops_are_rigid("derivatives=")?;
     let (first, end) = run.span();
     if !run.ramps().is_empty() {
         let rule = "numbers that drift by a ramp have no derivatives here";

@@ -290,9 +290,7 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         let count = active.len();
         active.retain(|&stop| {
             let gap = &gaps[stop];
-            let (least, size) = gap.row.least(norms);
-            let is_beyond_reach = least > GAP_ROUNDING * size && gap.order_here == 0;
-            !is_beyond_reach
+            gap.order_here > 0 || !gap.row.is_beyond_reach(norms)
         });
         if active.len() < count {
             // The samples ahead are of all of them.

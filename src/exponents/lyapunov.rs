@@ -98,6 +98,7 @@ pub fn lyapunov_exponents(
     options: &LyapunovOptions,
 ) -> Result<LyapunovExponents> {
     let n = scene.n_dof();
+    scene.check_stops_are_rigid("lyapunov_exponents")?;
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
     let run = SimulateOptions::by(options.solver, Keep::Motion);

@@ -1,6 +1,7 @@
 //! Time derivatives of any order of a linear motion, from its equation of motion: at a contact the first one that does not vanish decides.
 
 use crate::flow::modal_scene::ModalScene;
+use crate::law::LinearForce;
 use crate::model::{LinearSystem, Moment, PhysicalState};
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -13,6 +14,8 @@ pub(crate) struct LinearEquations {
     inverse: WithSizes,
     stiffness: WithSizes,
     damping: WithSizes,
+    /// What is constant beside the load of the scene.
+    load: DVector<f64>,
 }
 
 /// A matrix and the sizes of its entries.
@@ -47,7 +50,26 @@ impl LinearEquations {
             inverse: inverse.into(),
             stiffness: system.stiffness().to_dense().into(),
             damping: system.damping().to_dense().into(),
+            load: DVector::zeros(n),
         }
+    }
+
+    /// With a force `F0 + k p + c p'`, `p = n.x - clearance`, that pushes against a direction, M times its reaction.
+    pub fn push(
+        &mut self,
+        direction: &DVector<f64>,
+        normal: &DVector<f64>,
+        (force, clearance): (LinearForce, f64),
+    ) {
+        let across = direction * normal.transpose();
+        for (matrix, factor) in [
+            (&mut self.stiffness, force.stiffness),
+            (&mut self.damping, force.damping),
+        ] {
+            matrix.entries += &across * factor;
+            matrix.sizes += across.abs() * factor;
+        }
+        self.load += direction * (force.stiffness * clearance - force.preload);
     }
 
     /// Derivatives of the position of some orders from 2 on, `x^(k+2) = P M^-1 (f^(k) - K x^(k) - C x^(k+1))` under a scene's
@@ -113,6 +135,10 @@ impl LinearEquations {
             if k == 2 && !excitation.load.is_empty() {
                 sum += &excitation.load;
                 terms += excitation.load.abs();
+            }
+            if k == 2 {
+                sum += &self.load;
+                terms += self.load.abs();
             }
             sum.gemv(-1.0, &stiffness.entries, &x.value, 1.0);
             sum.gemv(-1.0, &damping.entries, &next.value, 1.0);

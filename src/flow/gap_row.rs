@@ -3,10 +3,11 @@
 
 use crate::flow::gap_model::GapModel;
 use crate::flow::samples::{SAMPLES_AT_ONCE, SampleDerivatives, SampleModels, eight};
+use crate::law::LinearForce;
 use crate::modal::Pair;
 use crate::model::GapMotion;
 use crate::quantity::larger;
-use crate::tolerance::{SUM_ROUNDINGS, TERM_ROUNDINGS};
+use crate::tolerance::{GAP_ROUNDING, SUM_ROUNDINGS, TERM_ROUNDINGS};
 use nalgebra::Complex;
 
 /// A quantity of the whole motion, `constant - row.z - Re sum_k forcing_k u_k - sum_j signals_j s_j(t)`, by the phasors and the signals of
@@ -55,6 +56,22 @@ impl Quantity {
             row: self.row.iter().map(|&[q, v]| [-q, -v]).collect(),
             forcing: self.forcing.iter().map(|a| -a).collect(),
             signals: self.signals.iter().map(|factor| -factor).collect(),
+        }
+    }
+
+    /// Of a gap, with its opening speed as a row: the force `F0 - k h - c h'`, times a sign, of which the rate of what moves the gap by itself
+    /// is left out.
+    pub fn pressed(&self, speed: &[Pair], force: LinearForce, sign: f64) -> Self {
+        let [k, c] = [sign * force.stiffness, sign * force.damping];
+        let rows = self.row.iter().zip(speed);
+        Self {
+            constant: sign * force.preload - k * self.constant,
+            size: force.preload + k.abs() * self.size,
+            row: rows
+                .map(|(p, v)| [0, 1].map(|i| -k * p[i] - c * v[i]))
+                .collect(),
+            forcing: self.forcing.iter().map(|a| -a * k).collect(),
+            signals: self.signals.iter().map(|a| -a * k).collect(),
         }
     }
 
@@ -134,6 +151,8 @@ pub(crate) struct GapRow {
     harmonics: Vec<Pair>,
     /// Rounding relative to the sum of the sizes of all parts of the motion in it.
     relative: f64,
+    /// Whether nothing happens where it stays at zero.
+    may_settle: bool,
 }
 
 impl GapRow {
@@ -159,7 +178,22 @@ impl GapRow {
             turning: None,
             harmonics: Vec::new(),
             relative: SUM_ROUNDINGS,
+            may_settle: false,
         }
+    }
+
+    /// With nothing that happens where it stays at zero, as with the approach into a stop at which a body comes to rest.
+    pub fn that_may_settle(mut self) -> Self {
+        self.may_settle = true;
+        self
+    }
+
+    /// Whether nothing comes of it at any later time: it stays above zero, or at zero where that is nothing.
+    pub fn is_beyond_reach(&self, norms: &[f64]) -> bool {
+        let (least, size) = self.least(norms);
+        // Of a motion that nothing bounds the size is infinite.
+        let is_settled = || self.most(norms) <= GAP_ROUNDING * self.rest.1;
+        least > GAP_ROUNDING * size || self.may_settle && is_settled()
     }
 
     /// With pairs that decay without turning, by their places, and the rows that bound what they add to the fourth derivative.

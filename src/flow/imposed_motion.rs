@@ -4,8 +4,8 @@
 
 use crate::error::Result;
 use crate::flow::gap_row::Quantity;
-use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::modal_scene::ModalScene;
+use crate::flow::regime_drive::RegimeDrive;
 use crate::model::{GapMotion, Moment, PhysicalState, Rotations, Signal};
 use crate::tolerance::CANCELLED;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -91,29 +91,22 @@ impl ImposedMotion {
     pub fn act(
         &self,
         (stiffness, damping): (&DMatrix<f64>, &DMatrix<f64>),
-        turning: &mut [DVector<Complex<f64>>],
-        following: &mut Vec<DVector<f64>>,
-        drive: &mut ManyDrive,
+        drive: &mut RegimeDrive,
     ) {
         let over = |m: &DMatrix<f64>, x: &DVector<Complex<f64>>| {
             let (re, im) = (m * x.map(|z| z.re), m * x.map(|z| z.im));
             re.zip_map(&im, Complex::new)
         };
         let frequencies = self.rotations.frequencies();
-        for ((a, q), w) in turning.iter_mut().zip(&self.turning).zip(frequencies) {
+        for ((a, q), w) in drive.turning.iter_mut().zip(&self.turning).zip(frequencies) {
             let drawn = over(stiffness, q) + over(damping, q) * Complex::new(0.0, w);
             *a += q * Complex::from(w * w) - drawn;
         }
         for (place, signal, direction) in &self.following {
-            following[*place] -= stiffness * direction;
+            drive.following[*place] -= stiffness * direction;
             let (speed, acceleration) = (signal.derivative(), signal.derivative().derivative());
-            for (signal, given) in [(speed, -(damping * direction)), (acceleration, -direction)] {
-                following.push(given);
-                drive.signals.push(SignalInput {
-                    signal,
-                    directions: Vec::new(),
-                });
-            }
+            drive.add(speed, -(damping * direction));
+            drive.add(acceleration, -direction);
         }
     }
 

@@ -234,7 +234,7 @@ impl ModalScene {
 
     /// The flow: forcing split off where no block is near resonance.
     pub fn flow(&self) -> Arc<SceneFlow> {
-        let made = || Arc::new(modal_flow(&self.form, self.load.clone(), self.drive()));
+        let made = || Arc::new(modal_flow(&self.form.form, self.load.clone(), self.drive()));
         Arc::clone(self.flow_cache.0.get_or_init(made))
     }
 }

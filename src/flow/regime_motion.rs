@@ -1,20 +1,21 @@
-//! Lasting contact of a linear scene (theory 9): while stops are held, the motion is that of a smaller linear system, `q = q_c + Z y` with
-//! `N^T Z = 0` \[m\], and the contact forces \[N\] are rows on its state like the gaps of the other stops.
+//! The motion of a linear scene in a regime that is not free. While stops are held (theory 9), it is that of a smaller linear system,
+//! `q = q_c + Z y` with `N^T Z = 0` \[m\]; those that are pressed add to its stiffness and damping, their motions to what drives it. All
+//! guards are rows on its state: contact forces \[N\] like the gaps of the other stops. The place of a stop that relaxes is a block of its own.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::derivative::{LinearEquations, solve_columns};
+use crate::flow::derivatives_at::{QuantityDerivatives, derivatives_at};
 use crate::flow::gap_row::Quantity;
 use crate::flow::imposed_motion::ImposedMotion;
 use crate::flow::linear::propagate;
 use crate::flow::modal_scene::ModalScene;
-use crate::flow::reduced_system::{
-    Reduced, cleared, form_drive, form_load, in_modes, uncoupled, without_rounding,
-};
-use crate::flow::scene_flow::{SceneFlow, modal_flow, with_flow};
-use crate::law::{Action, Guard, GuardKind, LinearForce, Regime};
+use crate::flow::reduced_system::{Reduced, cleared, in_modes, uncoupled, without_rounding};
+use crate::flow::regime_drive::RegimeDrive;
+use crate::flow::scene_flow::{SceneFlow, with_flow};
+use crate::law::{Action, Guard, GuardKind, LinearForce, Regime, Relaxation};
 use crate::linalg::rank;
-use crate::modal::{Form, ModalForm, ModalState};
-use crate::model::{LinearSystem, Moment, PhysicalState};
+use crate::modal::{Form, ModalForm, ModalState, Pair};
+use crate::model::{Moment, PhysicalState};
 use crate::quantity::room_for;
 use crate::tolerance::{CANCELLED, DEPENDENT};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -38,6 +39,8 @@ pub(crate) struct RegimeMotion {
     along: DMatrix<f64>,
     equations: OnceLock<LinearEquations>,
     form: ModalForm,
+    /// The stops that relax, by their blocks behind those of the form.
+    relaxing: Vec<(usize, Relaxation)>,
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
     pub forces: Vec<Quantity>,
@@ -66,23 +69,21 @@ impl RegimeMotion {
             (constraint.particular, constraint.null_space.map(clear))
         };
 
-        let (stiffness, damping, own) = over_mass(scene, regime)?;
+        let (stiffness, damping, own) = over_mass(scene, regime);
         let drawn = &stiffness * &anchor;
         // A spring between coordinates that stand where it is at rest pulls at neither.
         let sizes = own.abs() + stiffness.abs() * anchor.abs();
         let load = without_rounding(&(own - drawn), &sizes);
-        let (mut forces, mut directions) = free_accelerations(scene);
-        let mut given = scene.drive();
+        let mut drive = RegimeDrive::new(scene);
         let carried = ImposedMotion::new(scene, stops, |c| {
             let moved = held(&normals, c)?.particular;
             Ok(moved)
         })?;
-        carried.act(
-            (&stiffness, &damping),
-            &mut forces,
-            &mut directions,
-            &mut given,
-        );
+        carried.act((&stiffness, &damping), &mut drive);
+        for (element, force) in forces_of(scene, regime) {
+            let reaction = g.reactions.column(element).into_owned();
+            drive.push(scene.excitation.motion_of(element), force, &reaction);
+        }
         // (N^T B)^+, which takes the gaps' free accelerations to the contact forces.
         let delassus = normals.tr_mul(&reactions);
         let tolerance = DEPENDENT * reactions.amax() * normals.amax();
@@ -91,9 +92,17 @@ impl RegimeMotion {
         let shared = &reactions * &inverse;
         let reduced = Reduced::new(system, &free, &shared)?;
         let form = reduced.form(&stiffness, &damping, &free)?;
-        let drive = form_drive(&form, &reduced, given, (&forces, &directions));
-        let flow = modal_flow(&form, form_load(&form, &reduced.apply(&load)), drive);
-
+        let relaxing = relaxing_in(scene, regime);
+        let kinematics = Kinematics {
+            anchor: &anchor,
+            free: &free,
+            form: &form,
+            carried: &carried,
+        };
+        let mut guards = Guards::new(scene, regime, &kinematics);
+        guards.take_rates(&mut drive);
+        let gaps = guards.with_relaxing(&relaxing);
+        let (forces, directions) = (&drive.turning, &drive.following);
         let takes = inverse * normals.transpose();
         let row = |q: DVector<f64>, v: DVector<f64>| in_modes(&form, &q, &v);
         // What of a matrix the motion left over sees along a row.
@@ -115,18 +124,20 @@ impl RegimeMotion {
                     -cleared(g.dot(direction), g.abs().dot(&direction.abs()))
                 };
                 let size = g.abs().dot(&sizes);
+                let row = row(seen(&stiffness, &g), seen(&damping, &g));
                 Quantity {
                     constant: cleared(g.dot(&load), size),
                     size,
-                    row: row(seen(&stiffness, &g), seen(&damping, &g)),
+                    row: beside_relaxing(row, &relaxing),
                     forcing: forces.iter().map(pull).collect(),
                     signals: directions.iter().map(follow).collect(),
                 }
             })
             .collect();
+        let flow = drive.flow(&form, &reduced, &load, &relaxing);
         Ok(Self {
             regime: regime.clone(),
-            gaps: gap_guards(scene, regime, (&anchor, &free), &form, &carried),
+            gaps,
             along: &free * &reduced.takes,
             shared,
             equations: OnceLock::new(),
@@ -134,9 +145,26 @@ impl RegimeMotion {
             carried,
             free,
             form,
+            relaxing,
             flow,
             forces,
         })
+    }
+
+    /// A quantity of it in a state at a moment.
+    pub fn derivatives(
+        &self,
+        quantity: &Quantity,
+        (state, at): (&ModalState, Moment),
+    ) -> QuantityDerivatives {
+        with_flow!(&self.flow, flow => derivatives_at(flow, quantity, (state, at)))
+    }
+
+    /// A state with the places of the stops that relax.
+    pub fn with_places(&self, mut state: ModalState, place: impl Fn(usize) -> f64) -> ModalState {
+        let places = self.relaxing.iter();
+        state.extend(places.map(|&(element, _)| [place(element), 0.0]));
+        state
     }
 
     /// The guards of the regime as quantities of the motion: the contact forces of what is held, and the gaps that can change.
@@ -148,12 +176,25 @@ impl RegimeMotion {
     }
 
     /// The equations of the motion, made when first needed.
-    pub fn equations(&self, system: &LinearSystem) -> &LinearEquations {
-        let make = || LinearEquations::new(system, Some(&self.along));
+    pub fn equations(&self, scene: &ModalScene) -> &LinearEquations {
+        let make = || {
+            let (system, g) = (&scene.system, &scene.geometry);
+            let mut equations = LinearEquations::new(system, Some(&self.along));
+            for (element, force) in forces_of(scene, &self.regime) {
+                let direction = system
+                    .mass()
+                    .times(&g.reactions.column(element).into_owned());
+                let clearance = scene.mean_clearances(&[element])[0];
+                let normal = g.normals.column(element).into_owned();
+                equations.push(&direction, &normal, (force, clearance));
+            }
+            equations
+        };
         self.equations.get_or_init(make)
     }
 
-    /// The part that stops held and moving impose of the derivative of the position of some order, from the second on.
+    /// The part that stops which move impose of the derivative of the position of some order, from the second on: those held, and those
+    /// that are pressed.
     pub fn carried_derivative(
         &self,
         scene: &ModalScene,
@@ -163,13 +204,24 @@ impl RegimeMotion {
         if scene.excitation.stops.is_empty() {
             return None;
         }
-        let stops = self.regime.constrained();
-        let own = stops.iter().map(|&stop| {
+        let own = |stop: usize, order: usize| {
             let motion = scene.excitation.motion_of(stop);
             motion.map_or(0.0, |motion| motion.derivative(at, order).0)
-        });
-        let own = DVector::from_iterator(stops.len(), own);
-        (own.amax() > 0.0).then(|| &self.shared * own)
+        };
+        let stops = self.regime.constrained();
+        let held = DVector::from_iterator(stops.len(), stops.iter().map(|&stop| own(stop, order)));
+        let mut all = DVector::zeros(self.anchor.len());
+        if held.amax() > 0.0 {
+            all += &self.shared * held;
+        }
+        for (stop, force) in forces_of(scene, &self.regime) {
+            let push =
+                force.stiffness * own(stop, order - 2) + force.damping * own(stop, order - 1);
+            if push != 0.0 {
+                all += &self.along * scene.geometry.reactions.column(stop) * push;
+            }
+        }
+        (all.amax() > 0.0).then_some(all)
     }
 
     /// How the motion uncouples.
@@ -185,8 +237,10 @@ impl RegimeMotion {
         q: &DVector<f64>,
         v: &DVector<f64>,
     ) -> PhysicalState {
-        let mut state = self.reduce(q, v, at);
+        // Where the stops are that relax moves nothing.
+        let mut state = self.with_places(self.reduce(q, v, at), |_| 0.0);
         with_flow!(&self.flow, f => propagate(f, at, span, &mut state));
+        state.truncate(self.form.n_dof());
         self.lift(&state, at.after(span))
     }
 
@@ -259,91 +313,137 @@ impl RegimeMotion {
     }
 }
 
-/// The guards of a regime that are gaps or approaches, along `q = anchor + free y`.
-fn gap_guards(
-    scene: &ModalScene,
-    regime: &Regime,
-    (anchor, free): (&DVector<f64>, &DMatrix<f64>),
-    form: &ModalForm,
-    carried: &ImposedMotion,
-) -> Vec<(Guard, Quantity)> {
-    let g = &scene.geometry;
-    let of_element = |i: usize| {
-        let normal = g.normals.column(i).into_owned();
-        let seen = free.tr_mul(&normal);
-        let clearance = g.clearances[i] - normal.dot(anchor);
-        let gap = carried.gap(
-            scene,
-            i,
-            &normal,
-            Quantity::gap(clearance, &form.position_row(&seen)),
-        );
+/// Where `q = anchor + free y` lies and what moves it beside y.
+struct Kinematics<'a> {
+    anchor: &'a DVector<f64>,
+    free: &'a DMatrix<f64>,
+    form: &'a ModalForm,
+    carried: &'a ImposedMotion,
+}
+
+impl Kinematics<'_> {
+    /// The gap of a stop, its opening speed as far as it depends on the state, and whether it can change.
+    fn gap(&self, scene: &ModalScene, stop: usize) -> (Quantity, Vec<Pair>, bool) {
+        let g = &scene.geometry;
+        let normal = g.normals.column(stop).into_owned();
+        let seen = self.free.tr_mul(&normal);
+        let clearance = g.clearances[stop] - normal.dot(self.anchor);
+        let gap = Quantity::gap(clearance, &self.form.position_row(&seen));
+        let gap = self.carried.gap(scene, stop, &normal, gap);
         let can_change = seen.norm() > DEPENDENT * normal.norm() || gap.changes_by_itself();
-        let guards = g.laws[i].by_state().guards(regime.state(i)).iter();
-        let guard = guards.filter_map(|&kind| {
-            let quantity = match kind {
-                GuardKind::Gap => gap.clone(),
-                GuardKind::Approach => gap.opposite(),
-                GuardKind::Force => return None,
-            };
-            can_change.then_some((Guard { element: i, kind }, quantity))
-        });
-        guard.collect::<Vec<_>>()
-    };
-    (0..g.len()).flat_map(of_element).collect()
+        (gap, self.form.velocity_row(&seen), can_change)
+    }
+}
+
+/// The guards of a regime but for contact forces.
+struct Guards(Vec<WatchedGuard>);
+
+/// A guard, and what it takes of the rate of a gap.
+struct WatchedGuard {
+    guard: Guard,
+    quantity: Quantity,
+    /// The gap of the element, where its rate is in the guard, and the factor on that.
+    rate: Option<(Quantity, f64)>,
+}
+
+impl Guards {
+    fn new(scene: &ModalScene, regime: &Regime, kinematics: &Kinematics<'_>) -> Self {
+        let g = &scene.geometry;
+        let of_element = |element: usize| {
+            let law = g.laws[element].by_state();
+            let (gap, speed, can_change) = kinematics.gap(scene, element);
+            let guards = law.guards(regime.state(element)).iter();
+            let guard = guards.filter_map(move |&kind| {
+                let force = |sign: f64| {
+                    let own = law.force()?;
+                    let quantity = gap.pressed(&speed, own, sign);
+                    Some((quantity, Some((gap.clone(), -sign * own.damping))))
+                };
+                let (quantity, rate) = match kind {
+                    GuardKind::Gap | GuardKind::Distance => (gap.clone(), None),
+                    GuardKind::Approach => (gap.opposite(), None),
+                    GuardKind::Push => force(1.0)?,
+                    GuardKind::Pull => force(-1.0)?,
+                    GuardKind::Force | GuardKind::Place => return None,
+                };
+                (can_change || kind == GuardKind::Distance).then_some(WatchedGuard {
+                    guard: Guard { element, kind },
+                    quantity,
+                    rate,
+                })
+            });
+            guard.collect::<Vec<_>>()
+        };
+        Self((0..g.len()).flat_map(of_element).collect())
+    }
+
+    /// Takes the rates of the motions of stops into what needs them; those of signals become signals of their own.
+    fn take_rates(&mut self, drive: &mut RegimeDrive) {
+        for own in &mut self.0 {
+            if let Some((gap, factor)) = &own.rate {
+                drive.add_rate(gap, *factor, &mut own.quantity);
+            }
+        }
+    }
+
+    /// The guards beside the places of the stops that relax.
+    fn with_relaxing(self, relaxing: &[(usize, Relaxation)]) -> Vec<(Guard, Quantity)> {
+        let beside = |own: WatchedGuard| {
+            let (guard, mut quantity) = (own.guard, own.quantity);
+            let n = quantity.row.len();
+            quantity.row = beside_relaxing(quantity.row, relaxing);
+            if guard.kind == GuardKind::Distance {
+                let place = relaxing.iter().position(|own| own.0 == guard.element);
+                // A quantity is its constant less its row.
+                quantity.row[n + place.expect("it relaxes")] = [-1.0, 0.0];
+            }
+            (guard, quantity)
+        };
+        self.0.into_iter().map(beside).collect()
+    }
+}
+
+/// The stops that relax in a regime, with how they do.
+fn relaxing_in(scene: &ModalScene, regime: &Regime) -> Vec<(usize, Relaxation)> {
+    let own = regime.others().iter();
+    let own = own.filter_map(|&(element, state)| {
+        let law = scene.geometry.laws[element].by_state();
+        Some((element, law.relaxation(state)?))
+    });
+    own.collect()
+}
+
+/// A row on the pairs of a form as one beside those of stops that relax.
+fn beside_relaxing(mut row: Vec<Pair>, relaxing: &[(usize, Relaxation)]) -> Vec<Pair> {
+    row.resize(row.len() + relaxing.len(), [0.0; 2]);
+    row
 }
 
 /// Stiffness and damping of a regime over the mass, shape `(n, n)`, and the constant accelerations of all but contact forces, shape `(n,)`.
-fn over_mass(
-    scene: &ModalScene,
-    regime: &Regime,
-) -> Result<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)> {
+fn over_mass(scene: &ModalScene, regime: &Regime) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
     let (system, g) = (&scene.system, &scene.geometry);
     let over = |m: DMatrix<f64>| solve_columns(system, &m);
     let mut stiffness = over(system.stiffness().to_dense());
     let mut damping = over(system.damping().to_dense());
     let mut own = system.solve_mass(&scene.excitation.constant(system.n_dof()));
-    for (element, force) in forces_of(scene, regime)? {
+    for (element, force) in forces_of(scene, regime) {
         let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
         let across = reaction * normal.transpose();
         stiffness += &across * force.stiffness;
         damping += across * force.damping;
-        own += reaction * (force.stiffness * g.clearances[element] - force.preload);
+        let clearance = scene.mean_clearances(&[element])[0];
+        own += reaction * (force.stiffness * clearance - force.preload);
     }
-    Ok((stiffness, damping, own))
+    (stiffness, damping, own)
 }
 
 /// The forces that elements add in a regime.
-fn forces_of(scene: &ModalScene, regime: &Regime) -> Result<Vec<(usize, LinearForce)>> {
-    let mut all = Vec::new();
-    for &(element, state) in regime.others() {
-        if let Action::Force(force) = scene.geometry.laws[element].by_state().action(state) {
-            if scene.excitation.motion_of(element).is_some() {
-                let rule = "the motion of a stop that gives way drives nothing yet";
-                return Err(Error::bad_value("stops", format!("stop {element}"), rule));
-            }
-            all.push((element, force));
+fn forces_of(scene: &ModalScene, regime: &Regime) -> impl Iterator<Item = (usize, LinearForce)> {
+    let own = regime.others().iter();
+    own.filter_map(|&(element, state)| {
+        match scene.geometry.laws[element].by_state().action(state) {
+            Action::Force(force) => Some((element, force)),
+            _ => None,
         }
-    }
-    Ok(all)
-}
-
-/// The harmonic accelerations of the whole system without contact forces, and those that follow signals.
-fn free_accelerations(scene: &ModalScene) -> (Vec<DVector<Complex<f64>>>, Vec<DVector<f64>>) {
-    let (system, n) = (&scene.system, scene.system.n_dof());
-    let turning = scene.excitation.harmonics.iter().map(|part| {
-        if part.force.is_empty() {
-            DVector::from_element(n, ZERO)
-        } else {
-            system.solve_mass_complex(&part.force)
-        }
-    });
-    let following = scene.excitation.signals.iter().map(|part| {
-        if part.force.is_empty() {
-            DVector::zeros(n)
-        } else {
-            system.solve_mass(&part.force)
-        }
-    });
-    (turning.collect(), following.collect())
+    })
 }

@@ -6,7 +6,7 @@ use crate::flow::dense::DenseFlow;
 use crate::flow::drive::{HarmonicDrive, Loaded, Undriven};
 use crate::flow::many_drive::ManyDrive;
 use crate::flow::split::SplitFlow;
-use crate::modal::{Block, Form, ModalForm, Pair};
+use crate::modal::{Block, Form, Pair};
 
 /// The flow of a linear scene, of the least machinery that is exact for it.
 #[derive(Debug, Clone)]
@@ -21,8 +21,8 @@ pub(crate) enum SceneFlow {
 
 /// The flow of a modal form under a load and what drives it: forces that turn are split off where no block is near resonance and there
 /// is no signal.
-pub(crate) fn modal_flow(form: &ModalForm, load: Vec<Pair>, drive: ManyDrive) -> SceneFlow {
-    match &form.form {
+pub(crate) fn modal_flow(form: &Form, load: Vec<Pair>, drive: ManyDrive) -> SceneFlow {
+    match form {
         Form::Blocks(blocks) => block_flow(blocks, load, drive),
         Form::Dense(matrix) => SceneFlow::Dense(DenseFlow::new(matrix.clone(), &load, drive)),
     }

@@ -11,7 +11,7 @@ use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Wanted};
 use crate::hybrid::system::{Contacts, Gaps, Holding, NormalImpacts, Present};
 use crate::hybrid::{
     Arrival, ClosedForm, ClosedFormMaps, GapAt, Graze, HybridFlow, HybridMaps, HybridSystem,
-    InSteps, IntegratedFlow, IntegratedMaps, SegmentKind, project_onto,
+    InSteps, IntegratedFlow, IntegratedMaps, RootOrders, SegmentKind, project_onto,
 };
 use crate::law::{Cushion, ElementState, Guard, GuardKind, Regime};
 use crate::model::{
@@ -144,7 +144,7 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let mut all = facts(flow.system());
     // To the first contact.
     let mut observer = Observer::default();
-    let arrival = flow.advance_to_event(&[0, 0, 0], 5.0, 5.3, &mut notes, &mut observer);
+    let arrival = flow.advance_to_event(&RootOrders::none(3), 5.0, 5.3, &mut notes, &mut observer);
     let Arrival::Event { guard } = arrival.expect("regular") else {
         panic!("no contact")
     };
@@ -172,8 +172,7 @@ fn facts_of_a_run<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
     let gap = system.gap(stop);
     assert!(gap.gap.abs() < 1e-14 && gap.speed.abs() < 1e-14);
     let mut observer = Observer::default();
-    let mut orders = vec![0; 3];
-    orders[stop] = 0;
+    let orders = RootOrders::none(3);
     let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);
     match arrival.expect("regular") {
         Arrival::Event { guard } => {
@@ -301,9 +300,9 @@ fn both_systems_have_the_same_maps() {
 /// The scene of the contract with a first stop that gives way.
 fn soft_scene() -> Scene {
     let hard = scene();
-    let soft = Stop::new(0, 0.5, 0.0).expect("valid");
+    let soft = Stop::new(0, 0.5, Cushion::law(40.0, 1.5)).expect("valid");
     let stops = hard.stops().iter().skip(1).cloned();
-    let all = std::iter::once(soft.with_law(Cushion::law(40.0, 1.5)).into()).chain(stops);
+    let all = std::iter::once(soft.into()).chain(stops);
     hard.replace(Change::Stops(all.collect())).expect("valid")
 }
 
@@ -317,7 +316,7 @@ fn facts_of_a_contact<M: HybridFlow + ?Sized>(flow: &mut M) -> Vec<Fact> {
         (GuardKind::Gap, &pressed),
         (GuardKind::Approach, Regime::free()),
     ];
-    let mut orders = [0, 0, 0];
+    let mut orders = RootOrders::none(3);
     for (kind, regime) in changes {
         let mut observer = Observer::default();
         let arrival = flow.advance_to_event(&orders, 5.0, 9.0, &mut notes, &mut observer);

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::event::certified::SearchFailure;
 use crate::flow::RegimeMotion;
 use crate::hybrid::recorder::Recorder;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::system::HybridSystem;
 use crate::law::Guard;
 use crate::observer::Observer;
@@ -49,11 +50,10 @@ pub(crate) trait HybridFlow {
     /// Puts the motion at a state and a time, as new.
     fn start(&mut self, q: &DVector<f64>, v: &DVector<f64>, t: f64);
     /// Goes to the next event or over the whole span, `last` the time at which the run ends there. The gaps must have
-    /// been evaluated; `orders[i]` is the order of the root at the start of the guard of element i, zero for an open gap. At an
-    /// event the gaps have been evaluated there.
+    /// been evaluated; `orders` are those of the roots of the guards at the start. At an event the gaps have been evaluated there.
     fn advance_to_event(
         &mut self,
-        orders: &[usize],
+        orders: &RootOrders,
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,

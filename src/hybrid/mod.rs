@@ -15,6 +15,7 @@ mod landing;
 mod maps;
 pub(crate) mod recorder;
 mod resolver;
+mod root_orders;
 mod scaled_units;
 mod segment;
 pub(crate) mod system;
@@ -32,6 +33,7 @@ pub(crate) use integrated::{
 pub(crate) use landing::Landing;
 pub(crate) use maps::{GapAt, HybridMaps, carried, halves, joined, project_onto};
 pub(crate) use resolver::{Resolver, Unresolved, is_one_instant};
+pub(crate) use root_orders::RootOrders;
 pub(crate) use scaled_units::{ScaledUnits, largest_of};
 pub use segment::{Graze, SegmentKind};
 pub(crate) use system::{HybridSystem, Present};

@@ -4,6 +4,7 @@
 
 mod at_once;
 mod chatter;
+mod compliant;
 mod hold_or_release;
 mod pass_break;
 mod resting;
@@ -15,6 +16,7 @@ use crate::event::next::LATE;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::HybridFlow;
 use crate::hybrid::recorder::Recorder;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::system::{Contacts, GapSizes, GapState, Gaps, Holding, HybridSystem};
 use crate::impact::Impact;
 use crate::law::{ElementState, Guard, Outcome, Regime};
@@ -34,8 +36,8 @@ pub(crate) type Resolved = Result<std::result::Result<(), Unresolved>>;
 /// What is known of contacts between two events, with its buffers; it serves one run after another.
 #[derive(Default)]
 pub(crate) struct Resolver {
-    /// The order of the root of each gap at the start of the flight; of a stop held that of its contact force, as far as known.
-    pub root_orders: Vec<usize>,
+    /// The orders of the roots of the guards at the start of the flight.
+    pub root_orders: RootOrders,
     /// The largest size of the terms of each gap, whose rounding is that of the gap.
     sizes: Vec<f64>,
     /// The largest size of the motion at each stop, to which the tolerances are relative.
@@ -47,8 +49,12 @@ pub(crate) struct Resolver {
     /// The stops held, and those that were before the contacts of this instant.
     held: Vec<usize>,
     were_held: Vec<usize>,
-    /// The regime of the elements that are not rigid.
+    /// The elements that are not rigid, and their regime.
+    compliant: Vec<usize>,
     regime: Regime,
+    /// Their guards that are zero at this instant whatever rounding makes of them, each with the number of derivatives that are, itself one
+    /// of them, and the impacts by then.
+    zeros: Vec<(Guard, usize, usize)>,
     /// Stops in contact whose normal speed counts as exactly zero now.
     zero_speed: Vec<usize>,
     /// Sizes of the accelerations of the stops in contact before and between the impacts of this instant, zero elsewhere: after them the
@@ -59,6 +65,8 @@ pub(crate) struct Resolver {
     /// Instants at which only impacts without restitution came to an end.
     pub n_inelastic: usize,
     pub n_impacts: usize,
+    /// Contacts with elements that give way which began.
+    pub n_contacts: usize,
     /// The stop struck last, and how fast.
     last_impact: Option<(usize, f64)>,
     /// How fast each stop was approached at its last impact, zero before.
@@ -89,14 +97,18 @@ impl Resolver {
             numbers.clear();
             numbers.resize(n_stops, 0.0);
         }
-        self.root_orders.clear();
-        self.root_orders.resize(n_stops, 0);
+        self.root_orders = RootOrders::none(n_stops);
+        let system = flow.system();
+        self.compliant.clear();
+        self.compliant
+            .extend((0..n_stops).filter(|&i| !system.element_law(i).is_rigid()));
         self.held.clear();
         self.were_held.clear();
         self.regime = Regime::default();
+        self.zeros.clear();
         self.zero_speed.clear();
         self.impulses.clear();
-        (self.n_inelastic, self.n_impacts) = (0, 0);
+        (self.n_inelastic, self.n_impacts, self.n_contacts) = (0, 0, 0);
         self.last_impact = None;
         self.departure = None;
         self.releases.clear();
@@ -125,20 +137,19 @@ impl Resolver {
             self.regime.state(stop)
         };
         let law = system.element_law(stop).by_state();
-        match law.outcome(state, guard.kind) {
+        self.zeros.clear();
+        let resolved = match law.outcome(state, guard.kind) {
             Outcome::Impact => self.collide(system, stop, t_end, recorder),
             Outcome::Release => match self.struck_beside(system) {
                 Some(struck) => self.collide(system, struck, t_end, recorder),
                 None => self.release(system, stop),
             },
             Outcome::Enters(state) => {
-                self.regime = self.regime.with(stop, state);
-                self.enter(system)?;
-                self.root_orders.fill(0);
-                self.root_orders[stop] = 1;
-                Ok(Ok(()))
+                self.note_zero(guard, state, true);
+                self.enter_state(system, (stop, state), recorder)
             }
-        }
+        };
+        self.settle_compliant(system, resolved?, recorder)
     }
 
     /// The regime of all elements.
@@ -160,6 +171,7 @@ impl Resolver {
     ) -> Resolved {
         let system = flow.system();
         system.evaluate_gaps()?;
+        self.begin_compliant(system)?;
         self.touching.clear();
         for stop in 0..system.n_stops() {
             if !system.element_law(stop).is_rigid() {
@@ -196,9 +208,12 @@ impl Resolver {
         if self.touching.iter().any(|&stop| self.closes(system, stop)) {
             // A flight of no length has the state before the impact.
             flow.record_instant(None, recorder)?;
-            return self.resolve_contacts(flow.system(), recorder);
+            let system = flow.system();
+            let resolved = self.resolve_contacts(system, recorder)?;
+            return self.settle_compliant(system, resolved, recorder);
         }
-        self.settle(system)
+        let resolved = self.settle(system)?;
+        self.settle_compliant(system, resolved, recorder)
     }
 
     /// Whether a stop in contact is approached, by more than rounding; one that is held is not, whatever rounding makes of
@@ -235,7 +250,8 @@ impl Resolver {
     /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.
     fn struck_beside<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Option<usize> {
         let is_struck = |&stop: &usize| {
-            self.is_closed(system, stop)
+            system.element_law(stop).is_rigid()
+                && self.is_closed(system, stop)
                 && self.closes(system, stop)
                 && !self.faces_held(system, stop)
         };

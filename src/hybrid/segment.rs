@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::law::Regime;
+use std::borrow::Cow;
 
 /// What a part of a trajectory is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,11 +31,11 @@ impl SegmentKind {
         first.filter(|_| self == Self::Chatter)
     }
 
-    /// The regime that lasts along a part of this kind, which is drawn in another: the free one where impacts accumulate.
-    pub(crate) fn lasting(self, regime: &Regime) -> &Regime {
+    /// The regime that lasts along a part of this kind, which is drawn in another: without what is held where impacts accumulate.
+    pub(crate) fn lasting(self, regime: &Regime) -> Cow<'_, Regime> {
         match self {
-            Self::Chatter => Regime::free(),
-            Self::Flight | Self::Stick => regime,
+            Self::Chatter => Cow::Owned(regime.holding_instead(&[])),
+            Self::Flight | Self::Stick => Cow::Borrowed(regime),
         }
     }
 
@@ -65,13 +66,11 @@ impl SegmentKind {
             .ok_or_else(|| Error::bad_value("segment", name, "there is no such kind"))
     }
 
-    /// Whether these can be the stops in contact on a part of this kind.
-    pub(crate) fn can_have(self, stops: &[usize]) -> bool {
-        let fits = match self {
-            Self::Flight => stops.is_empty(),
-            Self::Chatter | Self::Stick => !stops.is_empty(),
-        };
-        fits && (1..stops.len()).all(|i| !stops[..i].contains(&stops[i]))
+    /// The regime of a part of this kind that was written as plain numbers, if it can have that.
+    pub(crate) fn read(self, numbers: &[usize]) -> Option<Regime> {
+        let regime = Regime::read(numbers)?;
+        let is_free = regime.constrained().is_empty();
+        (is_free == (self == Self::Flight)).then_some(regime)
     }
 }
 

@@ -2,15 +2,16 @@
 //! that are held. Each subject is a trait of its own.
 
 use crate::error::Result;
+use crate::flow::GuardDerivatives;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
-use crate::law::{Law, Newton, Regime};
+use crate::law::{Guard, Law, Newton, Regime};
 use crate::model::PhysicalState;
 use crate::quantity::positive_part;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// A gap and its time derivatives under free motion, at one instant.
+/// A gap and its time derivatives where nothing is held, at one instant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GapState {
     pub gap: f64,
@@ -63,6 +64,8 @@ pub(crate) struct NormalImpact {
 pub(crate) trait Gaps {
     /// Evaluates every gap where the motion is now.
     fn evaluate_gaps(&mut self) -> Result<()>;
+    /// A guard of the present regime where the motion is now; `None` of one that cannot change.
+    fn guard_derivatives(&mut self, guard: Guard) -> Result<Option<GuardDerivatives>>;
     /// The gap of a stop as it was evaluated last.
     fn gap(&self, stop: usize) -> GapState;
     /// A gap and its speed at a position and velocity as they were given, before the rounding of the system's own state.
@@ -105,7 +108,7 @@ pub(crate) trait Contacts {
 
 /// The accelerations of gaps, and derivatives beyond.
 pub(crate) trait Accelerations {
-    /// The accelerations of some gaps in free motion, to as many digits as forces have that cancel exactly.
+    /// The accelerations of some gaps where nothing is held, to as many digits as forces have that cancel exactly.
     fn free_accelerations(&self, stops: &[usize]) -> DVector<f64>;
     /// Size of the terms of the accelerations of some gaps.
     fn acceleration_sizes(&self, stops: &[usize]) -> Result<Vec<f64>>;
@@ -121,7 +124,7 @@ pub(crate) trait Accelerations {
         regime: &Regime,
         orders: Range<usize>,
     ) -> Result<Vec<Vec<[f64; 2]>>>;
-    /// The third derivative of a gap in free motion.
+    /// The third derivative of a gap where nothing is held.
     fn free_jerk(&mut self, stop: usize) -> Result<f64>;
     /// Acceleration of a gap, relative to the largest terms of those in contact, that the time of the release of another may leave of
     /// none.

@@ -92,7 +92,7 @@ pub fn audit_recovery(
     }
     if normals.ncols() > 0 && restitution.iter().all(|e| e.is_finite()) {
         let delassus = normals.tr_mul(&factor.solve(normals));
-        let rebound = DMatrix::from_diagonal(&restitution.map(|e| Newton::new(e).factor()));
+        let rebound = DMatrix::from_diagonal(&restitution.map(|e| Newton::known(e).factor()));
         if let Some(inverse) = delassus.try_inverse() {
             let impulses = inverse * rebound;
             if impulses.min() < -AUDIT_TOL * impulses.amax() {

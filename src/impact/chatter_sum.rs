@@ -64,7 +64,7 @@ mod tests {
 
     fn falling() -> CompleteChatter {
         CompleteChatter {
-            law: Newton::new(E),
+            law: Newton::known(E),
             speed: -3.0,
             acceleration: -2.0,
         }

@@ -78,6 +78,7 @@ pub(crate) fn velocity_recovery(
 /// ```
 pub fn recovery_matrix(scene: &Scene, stops: &[usize]) -> Result<DMatrix<f64>> {
     let system = scene.linear_system("recovery_matrix")?;
+    scene.check_stops_are_rigid("recovery_matrix")?;
     check_stops("stops", stops, scene.stops().len())?;
     let geometry = ContactGeometry::new(system, scene);
     let n = system.n_dof();

@@ -201,7 +201,7 @@ impl ImpactState {
         // What rounding left of the zero speed of a lasting contact is not to be reversed.
         let before = |i: usize| if self.is_zero(i) { 0.0 } else { self.speeds[i] };
         let matrix = g.select_rows(entering).select_columns(entering);
-        let law = |i: usize| Newton::new(e[i]);
+        let law = |i: usize| Newton::known(e[i]);
         let rebound: Vec<f64> = entering.iter().map(|&i| law(i).change(before(i))).collect();
         let slack: Vec<f64> = entering
             .iter()

@@ -3,6 +3,7 @@
 
 use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
+use crate::tolerance::PLACE_FORGOTTEN;
 
 /// What an element adds to the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +12,6 @@ pub(crate) enum Action {
     /// A force that keeps its gap at zero.
     Constraint,
     /// A force against its approach.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
     Force(LinearForce),
 }
 
@@ -31,6 +31,30 @@ impl LinearForce {
     pub fn at(self, gap: f64, speed: f64) -> f64 {
         self.preload - self.stiffness * gap - self.damping * speed
     }
+
+    /// The size of its terms, from those of the gap and of its speed.
+    pub fn size_at(self, gap: f64, speed: f64) -> f64 {
+        self.preload + self.stiffness * gap + self.damping * speed
+    }
+}
+
+/// How the place r of an element goes back to where it was when nothing of the body is left on it: `r' = -rate r`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Relaxation {
+    /// \[1/s\]
+    pub rate: f64,
+}
+
+impl Relaxation {
+    /// The part of a place that is left after a time.
+    pub fn left(self, time: f64) -> f64 {
+        (-self.rate * time).exp()
+    }
+
+    /// The time after which the place is back, to the last digit.
+    pub fn duration(self) -> f64 {
+        PLACE_FORGOTTEN / self.rate
+    }
 }
 
 /// What follows where a guard falls through zero.
@@ -41,7 +65,6 @@ pub(crate) enum Outcome {
     /// It is let go, unless it is held after all.
     Release,
     /// It goes on in another state.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the laws of tests alone push"))]
     Enters(ElementState),
 }
 
@@ -53,6 +76,14 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn guards(&self, state: ElementState) -> &'static [GuardKind];
     /// What follows where a guard of a state falls through zero.
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome;
+    /// The force that it has where it is pressed, if it has one.
+    fn force(&self) -> Option<LinearForce> {
+        None
+    }
+    /// How its place goes back in a state, if it does.
+    fn relaxation(&self, _state: ElementState) -> Option<Relaxation> {
+        None
+    }
     /// The energy that it stores in a state, at a gap \[J\].
     fn stored(&self, _state: ElementState, _gap: f64) -> f64 {
         0.0

@@ -1,46 +1,89 @@
-//! The law of one element, as a scene has it.
+//! The law of one element, as a user gives it and as a scene has it.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::law::contact_law::ContactLaw;
+use crate::law::guard::GuardKind;
 use crate::law::newton::Newton;
+use crate::law::regime::ElementState;
+use crate::law::spring::Spring;
 use crate::quantity::Restitution;
 
-/// The law of one element.
+/// A law of contact: what happens where the gap of a stop closes.
 #[derive(Debug, Clone)]
-pub(crate) enum Law {
+#[non_exhaustive]
+pub enum Law {
+    /// A rigid stop with a restitution.
     Newton(Newton),
+    /// A stop that gives way.
+    Spring(Spring),
+    /// One of the library's own tests.
     #[cfg(test)]
+    #[doc(hidden)]
+    #[expect(private_interfaces, reason = "tests alone have it")]
     OfTest(std::sync::Arc<dyn ContactLaw>),
+}
+
+/// What says which law of contact a stop has: a law, or the restitution \[-\] of a rigid one.
+pub trait IntoLaw {
+    /// The law.
+    ///
+    /// # Errors
+    /// A restitution outside [0, 1].
+    fn into_law(self) -> Result<Law>;
+}
+
+impl IntoLaw for f64 {
+    fn into_law(self) -> Result<Law> {
+        Newton::new(self).map(Law::Newton)
+    }
+}
+
+impl IntoLaw for Law {
+    fn into_law(self) -> Result<Law> {
+        Ok(self)
+    }
+}
+
+impl IntoLaw for Newton {
+    fn into_law(self) -> Result<Law> {
+        Ok(Law::Newton(self))
+    }
+}
+
+impl IntoLaw for Spring {
+    fn into_law(self) -> Result<Law> {
+        if self.preload() > 0.0 {
+            let rule = "a stop with a preload has no motion yet: it must be zero";
+            return Err(Error::bad_value("preload", self.preload(), rule));
+        }
+        Ok(Law::Spring(self))
+    }
 }
 
 impl PartialEq for Law {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Newton(own), Self::Newton(other)) => own == other,
+            (Self::Spring(own), Self::Spring(other)) => own == other,
             #[cfg(test)]
             (Self::OfTest(own), Self::OfTest(other)) => std::sync::Arc::ptr_eq(own, other),
-            #[cfg(test)]
             _ => false,
         }
     }
 }
 
 impl Law {
-    /// Newton's law of a restitution in [0, 1].
-    pub fn newton_of(restitution: f64) -> Result<Self> {
-        let restitution = Restitution::new(restitution)?;
-        Ok(Self::Newton(Newton::new(restitution.value())))
-    }
-
-    /// The restitution of its impacts, zero of one without any.
-    pub fn restitution(&self) -> Restitution {
-        Restitution::known(self.newton().restitution)
+    /// The restitution of its impacts; `None` of one that gives way.
+    pub fn restitution(&self) -> Option<Restitution> {
+        let restitution = self.by_state().restitution();
+        restitution.map(Restitution::known)
     }
 
     /// The law by its states.
-    pub fn by_state(&self) -> &dyn ContactLaw {
+    pub(crate) fn by_state(&self) -> &dyn ContactLaw {
         match self {
             Self::Newton(newton) => newton,
+            Self::Spring(spring) => spring,
             #[cfg(test)]
             Self::OfTest(law) => &**law,
         }
@@ -48,16 +91,24 @@ impl Law {
 
     /// The law of its impacts; one without any takes all speed.
     #[inline]
-    pub fn newton(&self) -> Newton {
+    pub(crate) fn newton(&self) -> Newton {
         match self {
             Self::Newton(newton) => *newton,
+            Self::Spring(_) => Newton::known(0.0),
             #[cfg(test)]
-            Self::OfTest(law) => Newton::new(law.restitution().unwrap_or(0.0)),
+            Self::OfTest(law) => Newton::known(law.restitution().unwrap_or(0.0)),
         }
     }
 
+    /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.
+    pub(crate) fn ends_at_gap(&self) -> bool {
+        let guards = self.by_state().guards(ElementState::Pressed);
+        let ends = |kind: &GuardKind| !matches!(kind, GuardKind::Push);
+        guards.iter().all(ends)
+    }
+
     /// Whether the element is rigid: its gap is never negative.
-    pub fn is_rigid(&self) -> bool {
+    pub(crate) fn is_rigid(&self) -> bool {
         self.by_state().restitution().is_some()
     }
 }

@@ -1,16 +1,44 @@
 //! Guards: quantities of a motion that are positive while a regime lasts. Where one falls through zero the regime ends.
 
-use crate::law::regime::Regime;
+use crate::law::regime::{ElementState, Regime};
 
 /// What a guard is a quantity of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum GuardKind {
     /// The gap of an element that is free, h.
     Gap,
-    /// The approach of an element that is pressed, p = -h.
+    /// The approach of an element that is met, p = -h.
     Approach,
     /// The contact force of an element that is held, L.
     Force,
+    /// The force of an element that is pressed, f.
+    Push,
+    /// The force that an element which is idle would have, -f.
+    Pull,
+    /// The distance of an element that relaxes from the body, r - p.
+    Distance,
+    /// The place of an element that relaxes, r: it is back where it was when nothing of that is left.
+    Place,
+}
+
+impl GuardKind {
+    /// What is zero from where this one has fallen through zero on, in the state that follows, with the number of its derivatives, itself one
+    /// of them, that are: the place of an element that relaxes begins where the body is, and, the force being zero, with its speed.
+    pub fn leaves_at_zero(self, next: ElementState) -> Option<(Self, usize)> {
+        match (self, next) {
+            (Self::Gap, ElementState::Pressed) => Some((Self::Approach, 1)),
+            (Self::Approach, ElementState::Free) => Some((Self::Gap, 1)),
+            (Self::Push, ElementState::Idle) => Some((Self::Pull, 1)),
+            (Self::Push, ElementState::Relaxing) => Some((Self::Distance, 2)),
+            (Self::Pull, ElementState::Pressed) => Some((Self::Push, 1)),
+            _ => None,
+        }
+    }
+
+    /// Whether it depends on velocities.
+    pub fn has_speeds(self) -> bool {
+        matches!(self, Self::Force | Self::Push | Self::Pull)
+    }
 }
 
 /// A guard of one element.
@@ -38,6 +66,14 @@ impl Guard {
         }
     }
 
+    /// The place of an element that relaxes.
+    pub const fn place(element: usize) -> Self {
+        Self {
+            element,
+            kind: GuardKind::Place,
+        }
+    }
+
     /// The gap of an element in a state, or its approach if it is pressed.
     pub fn gap_in(regime: &Regime, element: usize) -> Self {
         if regime.is_pressed(element) {
@@ -47,8 +83,14 @@ impl Guard {
         Self::gap(element)
     }
 
-    /// Whether it is a gap, or an approach: it is a row of positions alone.
+    /// Whether it is a row of positions alone.
     pub fn is_gap(self) -> bool {
-        self.kind != GuardKind::Force
+        use GuardKind::{Approach, Distance, Gap};
+        matches!(self.kind, Gap | Approach | Distance)
+    }
+
+    /// Whether the body comes near the element where it is small: a touch of it is one of the element.
+    pub fn is_clearance(self) -> bool {
+        matches!(self.kind, GuardKind::Gap | GuardKind::Distance)
     }
 }

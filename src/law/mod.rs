@@ -2,19 +2,24 @@
 //! do at one instant is in `impact`.
 
 mod contact_law;
+mod contact_release;
 mod element_law;
 #[cfg(test)]
 mod example;
+mod free_contact;
 mod guard;
 mod newton;
 mod regime;
+mod spring;
 mod transition;
 
-pub(crate) use contact_law::{Action, LinearForce, Outcome};
-pub(crate) use element_law::Law;
+pub(crate) use contact_law::{Action, LinearForce, Outcome, Relaxation};
+pub use contact_release::ContactRelease;
+pub use element_law::{IntoLaw, Law};
 #[cfg(test)]
 pub(crate) use example::Cushion;
 pub(crate) use guard::{Guard, GuardKind};
-pub(crate) use newton::Newton;
+pub use newton::Newton;
 pub(crate) use regime::{ElementState, Regime};
+pub use spring::Spring;
 pub(crate) use transition::{Stage, Transition};

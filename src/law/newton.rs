@@ -5,70 +5,96 @@
 //! Orbits apply it in `HybridMaps::impact` (`hybrid/closed_form/maps.rs`, `hybrid/integrated/maps.rs`); several stops together:
 //! `impact/several_stops.rs`.
 
+use crate::error::Result;
 use crate::law::contact_law::{Action, ContactLaw, Outcome};
 use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
+use crate::quantity::{Restitution, positive};
 use crate::tolerance::RATIO_TOL;
 
-/// The law `s+ = -e s-` of one stop, e in [0, 1].
+/// Newton's law of a rigid stop: the normal speed after an impact is minus the restitution times that before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Newton {
+pub struct Newton {
     /// The restitution e \[-\].
-    pub restitution: f64,
+    pub(crate) restitution: f64,
 }
 
 impl Newton {
-    pub const fn new(restitution: f64) -> Self {
+    /// The law of a restitution e \[-\].
+    ///
+    /// # Errors
+    /// A restitution outside [0, 1].
+    pub fn new(restitution: f64) -> Result<Self> {
+        Ok(Self::known(Restitution::new(restitution)?.value()))
+    }
+
+    /// That of one that is known to be in [0, 1].
+    pub(crate) const fn known(restitution: f64) -> Self {
         Self { restitution }
     }
 
+    /// The restitution e \[-\].
+    pub const fn restitution(&self) -> f64 {
+        self.restitution
+    }
+
+    /// The restitution of a free body: that of the law, whatever its mass \[kg\] and speed \[m/s\].
+    ///
+    /// # Errors
+    /// A mass or a speed that is not positive.
+    pub fn equivalent_restitution(&self, mass: f64, speed: Option<f64>) -> Result<f64> {
+        positive("mass", mass)?;
+        speed.map(|speed| positive("speed", speed)).transpose()?;
+        Ok(self.restitution)
+    }
+
     /// `1 + e`: the change of normal speed to an approach speed of one.
-    pub const fn factor(self) -> f64 {
+    pub(crate) const fn factor(self) -> f64 {
         1.0 + self.restitution
     }
 
     /// The change of normal speed to an approach speed, `(1 + e) s`.
-    pub const fn change(self, approach: f64) -> f64 {
+    pub(crate) const fn change(self, approach: f64) -> f64 {
         self.factor() * approach
     }
 
     /// The speed away from the stop after an approach, `e s`.
-    pub const fn departure(self, approach: f64) -> f64 {
+    pub(crate) const fn departure(self, approach: f64) -> f64 {
         self.restitution * approach
     }
 
     /// The part of a change of normal speed that is the departure, `e/(1 + e)` of it.
-    pub const fn departure_by(self, change: f64) -> f64 {
+    pub(crate) const fn departure_by(self, change: f64) -> f64 {
         self.restitution / self.factor() * change
     }
 
     /// The approach speed to which a change of normal speed belongs, `1/(1 + e)` of it.
-    pub const fn approach_by(self, change: f64) -> f64 {
+    pub(crate) const fn approach_by(self, change: f64) -> f64 {
         change / self.factor()
     }
 
     /// What a speed s+ after an impact and its change `s- - s+` leave of the law, `s+ + e s- = (1 + e) s+ + e (s- - s+)`.
-    pub const fn residual(self, after: f64, change: f64) -> f64 {
+    pub(crate) const fn residual(self, after: f64, change: f64) -> f64 {
         self.factor() * after + self.restitution * change
     }
 
     /// The impulse to an approach speed of one, `(1 + e)/(n.b)`.
-    pub const fn rebound(self, give: f64) -> f64 {
+    pub(crate) const fn rebound(self, give: f64) -> f64 {
         self.factor() / give
     }
 
     /// Whether all speed is taken: the stop may hold from then on.
-    pub fn is_inelastic(self) -> bool {
+    pub(crate) fn is_inelastic(self) -> bool {
         self.restitution == 0.0
     }
 
     /// Whether impacts accumulate under a force that draws back to the stop: their speeds are a geometric series, `0 < e < 1`.
-    pub fn is_contracting(self) -> bool {
+    pub(crate) fn is_contracting(self) -> bool {
         self.restitution > 0.0 && self.restitution < 1.0
     }
 
     /// Whether two successive approach speeds are in the ratio e, as where impacts accumulate.
-    pub fn is_repeated(self, before: f64, next: f64) -> bool {
+    pub(crate) fn is_repeated(self, before: f64, next: f64) -> bool {
         (next / before / self.restitution - 1.0).abs() < RATIO_TOL
     }
 }
@@ -110,7 +136,7 @@ mod tests {
     #[test]
     fn an_impact_leaves_nothing_of_the_law() {
         for e in [0.0, 0.3, 0.5, 1.0] {
-            let (law, approach) = (Newton::new(e), 0.7);
+            let (law, approach) = (Newton::known(e), 0.7);
             let change = law.change(approach);
             assert!((change - approach - law.departure(approach)).abs() < 1e-15);
             assert!(law.residual(-law.departure(approach), change).abs() < 1e-15);

@@ -9,14 +9,35 @@ pub(crate) enum ElementState {
     Held,
     /// Its gap is negative, and a force pushes against that.
     Pressed,
+    /// Its gap is negative, and its force would pull: there is none.
+    Idle,
+    /// It was left where its force was zero, and goes back to its place by itself.
+    Relaxing,
 }
 
 impl ElementState {
+    /// Those that are written as plain numbers, in the order of these.
+    const WRITTEN: [Self; 4] = [Self::Held, Self::Pressed, Self::Idle, Self::Relaxing];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Held => "held",
+            Self::Pressed => "pressed",
+            Self::Idle => "idle",
+            Self::Relaxing => "relaxing",
+        }
+    }
+
     /// Whether its gap is kept at zero.
     pub fn is_constraint(self) -> bool {
         self == Self::Held
     }
 }
+
+/// More elements than a scene has, by which states are told in plain numbers. [exact]
+const ELEMENTS: usize = 1 << 24;
 
 /// The state of each contact element; those that are not listed are free.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
@@ -76,14 +97,36 @@ impl Regime {
         2 * self.held.len()
     }
 
-    /// As plain numbers: the elements that are held.
+    /// As plain numbers: the elements that are held, then those in other states, each with its state in the digits above [`ELEMENTS`].
     pub fn written(&self) -> Vec<usize> {
-        self.held.clone()
+        let code =
+            |state: ElementState| (0..).zip(ElementState::WRITTEN).find(|own| own.1 == state);
+        let other =
+            |own: &(usize, ElementState)| own.0 + ELEMENTS * code(own.1).map_or(0, |own| own.0);
+        let others = self.others.iter().map(other);
+        self.held.iter().copied().chain(others).collect()
     }
 
-    /// The regime that was written as plain numbers.
-    pub fn read(numbers: &[usize]) -> Self {
-        Self::holding(numbers)
+    /// The regime that was written as plain numbers; `None` where these are those of no regime.
+    pub fn read(numbers: &[usize]) -> Option<Self> {
+        let mut own = Self::default();
+        for number in numbers {
+            let (element, state) = (number % ELEMENTS, number / ELEMENTS);
+            if !own.leaves_free(element) {
+                return None;
+            }
+            match ElementState::WRITTEN.get(state)? {
+                ElementState::Held => own.held.push(element),
+                state => own.others.push((element, *state)),
+            }
+        }
+        Some(own)
+    }
+
+    /// The elements that are not free.
+    pub fn elements(&self) -> impl Iterator<Item = usize> + '_ {
+        let others = self.others.iter().map(|own| own.0);
+        self.held.iter().copied().chain(others)
     }
 
     /// How many elements are held in it that were not before.
@@ -93,8 +136,7 @@ impl Regime {
 
     /// The first element that is in contact.
     pub fn contact(&self) -> Option<usize> {
-        let others = self.others.iter().map(|own| own.0);
-        self.held.iter().copied().chain(others).next()
+        self.elements().next()
     }
 
     /// The state of an element.
@@ -111,11 +153,20 @@ impl Regime {
         self.held.contains(&element)
     }
 
-    /// The elements that are pressed: what ends their states is their approach, p = -h.
+    /// The elements that are pressed.
     pub fn pressed(&self) -> impl Iterator<Item = usize> + '_ {
+        self.in_state(ElementState::Pressed)
+    }
+
+    /// The elements that have forces: those held, and those that are pressed.
+    pub fn pushing(&self) -> impl Iterator<Item = usize> + '_ {
+        self.held.iter().copied().chain(self.pressed())
+    }
+
+    /// The elements in a state that is neither free nor held.
+    pub fn in_state(&self, state: ElementState) -> impl Iterator<Item = usize> + '_ {
         let own = self.others.iter();
-        own.filter(|own| own.1 == ElementState::Pressed)
-            .map(|own| own.0)
+        own.filter(move |own| own.1 == state).map(|own| own.0)
     }
 
     /// Whether an element is pressed.
@@ -137,7 +188,7 @@ impl Regime {
                 other.held.push(element);
                 other.held.sort_unstable();
             }
-            state @ ElementState::Pressed => {
+            state => {
                 other.others.push((element, state));
                 other.others.sort_unstable_by_key(|own| own.0);
             }

@@ -2,8 +2,10 @@
 
 use crate::law::Law;
 use crate::model::nonlinear_stop::NonlinearStop;
+use crate::model::reaction::Reaction;
 use crate::model::stop::{Stop, Wall, WallSide};
 use crate::model::stop_motion::StopMotion;
+use crate::quantity::Restitution;
 
 /// One stop of a scene, of any form.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +56,7 @@ impl Constraint {
     }
 
     /// The law of contact.
-    pub(crate) fn law(&self) -> &Law {
+    pub fn contact(&self) -> &Law {
         match self {
             Self::Stop(stop) => &stop.law,
             Self::Wall(wall) => &wall.law,
@@ -70,9 +72,20 @@ impl Constraint {
         }
     }
 
-    /// The restitution coefficient.
+    /// Whether its reaction is that of inertia.
+    pub(crate) fn reacts_by_inertia(&self) -> bool {
+        match self {
+            Self::Stop(stop) => *stop.reaction() == Reaction::Inertia,
+            Self::Wall(_) => true,
+            Self::Nonlinear(stop) => *stop.reaction() == Reaction::Inertia,
+        }
+    }
+
+    /// The restitution coefficient, NaN of one that gives way.
     pub(crate) fn restitution(&self) -> f64 {
-        self.law().restitution().value()
+        self.contact()
+            .restitution()
+            .map_or(f64::NAN, Restitution::value)
     }
 
     /// The clearance, NaN of one that has a position or a gap function instead.

@@ -461,7 +461,7 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
                     normal,
                     clearance: stop.clearance(),
                 },
-                law: stop.law().clone(),
+                law: stop.contact().clone(),
                 motion: None,
             }
         }
@@ -478,13 +478,13 @@ pub(crate) fn contacts(scene: &Scene) -> Vec<Contact> {
                     WallSide::Left => -1.0,
                 },
             },
-            law: wall.law().clone(),
+            law: wall.contact().clone(),
             reaction: Reaction::Inertia,
             motion: None,
         },
         Constraint::Nonlinear(stop) => Contact {
             surface: Surface::Nonlinear(stop.clone()),
-            law: stop.law().clone(),
+            law: stop.contact().clone(),
             reaction: stop.reaction().clone(),
             motion: None,
         },

@@ -64,7 +64,7 @@ impl ContactGeometry {
             normals,
             reactions,
             clearances: DVector::from_iterator(k, stops.iter().map(|s| s.clearance())),
-            laws: stops.iter().map(|stop| stop.law().clone()).collect(),
+            laws: stops.iter().map(|stop| stop.contact().clone()).collect(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Stops with any gap `h(q) >= 0`, given by the gap and its gradient: any type that implements one trait.
 
 use crate::error::{Error, Result};
-use crate::law::Law;
+use crate::law::{IntoLaw, Law};
 use crate::model::reaction::Reaction;
 use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
@@ -69,7 +69,7 @@ pub struct NonlinearStop {
 impl fmt::Debug for NonlinearStop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("NonlinearStop")
-            .field("restitution", &self.restitution())
+            .field("contact", &self.law)
             .field("curvature", &self.curvature)
             .field("reaction", &self.reaction)
             .field("motion", &self.motion)
@@ -91,14 +91,15 @@ impl PartialEq for NonlinearStop {
 }
 
 impl NonlinearStop {
-    /// A stop with the inertial reaction and no bound on the curvature of its gap.
+    /// A stop with the inertial reaction and no bound on the curvature of its gap; `contact` is the law of contact, or the restitution of a
+    /// rigid stop.
     ///
     /// # Errors
     /// A restitution outside [0, 1].
-    pub fn new(function: impl GapFunction, restitution: f64) -> Result<Self> {
+    pub fn new(function: impl GapFunction, contact: impl IntoLaw) -> Result<Self> {
         Ok(Self {
             function: Arc::new(function),
-            law: Law::newton_of(restitution)?,
+            law: contact.into_law()?,
             curvature: None,
             reaction: Reaction::Inertia,
             motion: None,
@@ -150,13 +151,13 @@ impl NonlinearStop {
         &*self.function
     }
 
-    /// The restitution coefficient.
-    pub fn restitution(&self) -> Restitution {
+    /// The restitution coefficient; `None` of a stop that gives way.
+    pub fn restitution(&self) -> Option<Restitution> {
         self.law.restitution()
     }
 
     /// The law of contact.
-    pub(crate) fn law(&self) -> &Law {
+    pub fn contact(&self) -> &Law {
         &self.law
     }
 
@@ -198,13 +199,9 @@ impl NonlinearStop {
     /// The stop that this one is near q = 0.
     pub(crate) fn linearise(&self, n: usize) -> Result<Stop> {
         let zero = vec![0.0; n];
-        Stop::new(
-            -self.gradient(&zero)?,
-            self.gap(&zero)?,
-            self.restitution().value(),
-        )?
-        .with_reaction(self.reaction.clone())
-        .map(|stop| stop.with_motion(self.motion.clone()))
+        Stop::new(-self.gradient(&zero)?, self.gap(&zero)?, self.law.clone())?
+            .with_reaction(self.reaction.clone())
+            .map(|stop| stop.with_motion(self.motion.clone()))
     }
 }
 

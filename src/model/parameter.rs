@@ -2,7 +2,7 @@
 //! them. A number that stops have is one of [`StopNumber`], here alone.
 
 use crate::error::{Error, Result};
-use crate::law::Law;
+use crate::law::IntoLaw;
 use crate::model::constraint::Constraint;
 use crate::quantity::{Restitution, finite, positive};
 
@@ -93,7 +93,11 @@ impl StopNumber {
                 Err(Error::bad_value(self.name(), value, rule))
             }
             (Self::Restitution, stop) => {
-                *stop.law_mut() = Law::newton_of(value)?;
+                if stop.contact().restitution().is_none() {
+                    let rule = "a stop that gives way (Spring) has none; replace the stops";
+                    return Err(Error::bad_value(self.name(), value, rule));
+                }
+                *stop.law_mut() = value.into_law()?;
                 Ok(())
             }
         }

@@ -96,8 +96,16 @@ impl Scene {
                 format!("one number, or ({count},): one for each stop"),
             ));
         }
+        // One value for all is one for those that have the number, if any has.
+        let has_it = |stop: &Constraint| !number.of(stop).is_nan();
+        let is_for_some = values.len() == 1 && self.stops.iter().any(has_it);
         let mut all = self.stops.iter_mut().zip(values.iter().cycle());
-        all.try_for_each(|(stop, &value)| number.set(stop, value))
+        all.try_for_each(|(stop, &value)| {
+            if is_for_some && number == StopNumber::Restitution && !has_it(stop) {
+                return Ok(());
+            }
+            number.set(stop, value)
+        })
     }
 
     /// The value of a number: of factors one, not a number where the scene has none.
@@ -110,7 +118,8 @@ impl Scene {
             Parameter::Phase => self.first_angle().map_or(f64::NAN, |(_, phase)| phase),
             Parameter::ForcingScale | Parameter::DampingScale => 1.0,
             Parameter::EveryStop(number) => {
-                let values: Vec<f64> = self.stops.iter().map(|stop| number.of(stop)).collect();
+                let values = self.stops.iter().map(|stop| number.of(stop));
+                let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
                 if values.windows(2).any(|pair| pair[0] != pair[1]) {
                     let rule =
                         format!("the stops differ, {values:?}: name one, \"{parameter}[0]\"");

@@ -24,7 +24,7 @@ impl Laws {
     /// The law of a stop at a time, where it drifts.
     #[inline]
     pub fn law(&self, stop: usize, t: f64) -> Option<Newton> {
-        Some(Newton::new(self.restitutions[stop]?.value(t)))
+        Some(Newton::known(self.restitutions[stop]?.value(t)))
     }
 }
 
@@ -189,6 +189,12 @@ impl Scene {
         &self.forcing
     }
 
+    /// Names of its contact elements, in the order of the states of a regime: "stop\[0\]" and so on.
+    pub fn elements(&self) -> Vec<String> {
+        let stops = 0..self.stops.len();
+        stops.map(|stop| format!("stop[{stop}]")).collect()
+    }
+
     /// The stops.
     pub fn stops(&self) -> &[Constraint] {
         &self.stops
@@ -310,6 +316,19 @@ impl Scene {
     /// How the scene depends on time, but for equations of motion that do by themselves.
     pub(crate) fn timing(&self) -> Timing {
         self.all_forcing().timing()
+    }
+
+    /// Refuses stops that give way; `purpose` says what takes none yet.
+    ///
+    /// # Errors
+    /// A stop that gives way.
+    pub(crate) fn check_stops_are_rigid(&self, purpose: &str) -> Result<()> {
+        let compliant = |stop: &Constraint| stop.contact().restitution().is_none();
+        let Some(stop) = self.stops.iter().position(compliant) else {
+            return Ok(());
+        };
+        let rule = format!("{purpose} does not take stops that give way yet; simulate does");
+        Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
     }
 
     /// Refuses stops that move by themselves; `purpose` says what takes none.

@@ -2,7 +2,7 @@
 //! `clearance + n.q` (`Side::Lower`); a wall stops one bob of a pendulum at a vertical plane; a nonlinear stop has any gap.
 
 use crate::error::{Error, Result};
-use crate::law::Law;
+use crate::law::{IntoLaw, Law};
 use crate::model::normal::Normal;
 use crate::model::reaction::Reaction;
 use crate::model::stop_motion::StopMotion;
@@ -31,11 +31,12 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// An upper stop with the inertial reaction; `clearance` is the gap at q = 0, negative when preloaded.
+    /// An upper stop with the inertial reaction; `clearance` is the gap at q = 0, negative when preloaded, `contact` the law of contact,
+    /// or the restitution of a rigid stop.
     ///
     /// # Errors
     /// A normal that is zero or not finite, a clearance that is not finite, a restitution outside [0, 1].
-    pub fn new(normal: impl Into<Normal>, clearance: f64, restitution: f64) -> Result<Self> {
+    pub fn new(normal: impl Into<Normal>, clearance: f64, contact: impl IntoLaw) -> Result<Self> {
         let normal = normal.into();
         if let Normal::Vector(n) = &normal {
             finite_vector("normal", n, n.len())?;
@@ -50,7 +51,7 @@ impl Stop {
         Ok(Self {
             normal,
             clearance: finite("clearance", clearance)?,
-            law: Law::newton_of(restitution)?,
+            law: contact.into_law()?,
             side: Side::Upper,
             reaction: Reaction::Inertia,
             motion: None,
@@ -98,13 +99,13 @@ impl Stop {
         self.clearance
     }
 
-    /// The restitution coefficient.
-    pub fn restitution(&self) -> Restitution {
+    /// The restitution coefficient; `None` of a stop that gives way.
+    pub fn restitution(&self) -> Option<Restitution> {
         self.law.restitution()
     }
 
     /// The law of contact.
-    pub(crate) fn law(&self) -> &Law {
+    pub fn contact(&self) -> &Law {
         &self.law
     }
 
@@ -137,13 +138,6 @@ impl Stop {
         }
     }
 
-    /// The same stop with another law of contact.
-    #[cfg(test)]
-    pub(crate) fn with_law(mut self, law: Law) -> Self {
-        self.law = law;
-        self
-    }
-
     pub(crate) fn set_clearance(&mut self, clearance: f64) -> Result<()> {
         self.clearance = finite("clearance", clearance)?;
         Ok(())
@@ -172,15 +166,16 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// A wall at the horizontal `position` for bob number `bob`, counted from 0.
+    /// A wall at the horizontal `position` for bob number `bob`, counted from 0; `contact` is the law of contact, or the restitution of a
+    /// rigid wall.
     ///
     /// # Errors
     /// A position that is not finite, a restitution outside [0, 1].
-    pub fn new(bob: usize, position: f64, restitution: f64, side: WallSide) -> Result<Self> {
+    pub fn new(bob: usize, position: f64, contact: impl IntoLaw, side: WallSide) -> Result<Self> {
         Ok(Self {
             bob,
             position: finite("position", position)?,
-            law: Law::newton_of(restitution)?,
+            law: contact.into_law()?,
             side,
             motion: None,
         })
@@ -208,13 +203,13 @@ impl Wall {
         self.position
     }
 
-    /// The restitution coefficient.
-    pub fn restitution(&self) -> Restitution {
+    /// The restitution coefficient; `None` of a stop that gives way.
+    pub fn restitution(&self) -> Option<Restitution> {
         self.law.restitution()
     }
 
     /// The law of contact.
-    pub(crate) fn law(&self) -> &Law {
+    pub fn contact(&self) -> &Law {
         &self.law
     }
 
@@ -246,7 +241,7 @@ impl Wall {
             WallSide::Right => self.motion.clone(),
             WallSide::Left => self.motion.as_ref().map(StopMotion::opposite),
         };
-        let stop = Stop::new(normal, clearance, self.restitution().value())?;
+        let stop = Stop::new(normal, clearance, self.law.clone())?;
         Ok(stop.on_side(side).with_motion(motion))
     }
 }

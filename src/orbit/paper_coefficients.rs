@@ -98,6 +98,6 @@ pub fn first_kind_coefficients(
         eta + restitution * decay * g,
         damped_frequency + restitution * decay * h,
     );
-    let scale = -Newton::new(restitution).factor() * frequency * sine / (k * p - m * n);
+    let scale = -Newton::known(restitution).factor() * frequency * sine / (k * p - m * n);
     (scale * m, scale * k)
 }

@@ -56,6 +56,7 @@ pub(crate) fn check(
     purpose: &str,
 ) -> Result<()> {
     scene.linear_system(purpose)?;
+    scene.check_stops_are_rigid(purpose)?;
     scene.check_period(purpose)?;
     if scene.frequency().is_none() {
         return Err(Error::bad_value(

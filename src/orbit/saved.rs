@@ -42,7 +42,7 @@ fn restored(
     };
     Stage {
         transition,
-        regime: Regime::read(stops),
+        regime: Regime::read(stops).unwrap_or_default(),
     }
 }
 
@@ -200,8 +200,11 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &SavedOrbit) -> Result<()> {
         return refused("the pattern", found, &format!("it has {n_instants}"));
     }
     for (kind, stops, _, released) in modes {
-        let are_there = stops.iter().chain(released).all(|&stop| stop < count);
-        if !(kind.can_have(stops) && are_there) {
+        let are_there = |regime: Regime| {
+            let mut all = regime.elements().chain(*released);
+            all.all(|stop| stop < count)
+        };
+        if !kind.read(stops).is_some_and(are_there) {
             let found = format!(
                 "a {} with stops {stops:?}, released {released:?}",
                 kind.name()

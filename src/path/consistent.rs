@@ -103,13 +103,16 @@ impl Kept<'_> {
         self.path.arc(arc).clock.time()
     }
 
-    /// No stop is passed at the ends of an arc.
+    /// No stop is passed at the ends of an arc, but one that has given way.
     fn check_gaps(&self, arc: usize) -> Result<()> {
         let span = self.path.arc(arc).span;
         for (local, (q, _)) in [0.0, span].into_iter().zip(&self.ends[arc]) {
-            for (gap, size) in self.gaps(self.equations.moment(arc, local), q)? {
+            let gaps = self.gaps(self.equations.moment(arc, local), q)?;
+            let regime = self.path.regime_of(arc);
+            for (stop, (gap, size)) in gaps.into_iter().enumerate() {
                 let is_open = gap >= -KEPT_AGREES * size;
-                if !is_open {
+                let may_pass = regime.others().iter().any(|own| own.0 == stop);
+                if !(is_open || may_pass) {
                     let found = format!("{gap:e} beyond a stop");
                     return Err(refused(self.what, self.time(arc) + local, found));
                 }
@@ -221,7 +224,9 @@ impl Kept<'_> {
         taken: &DVector<f64>,
     ) -> Result<DVector<f64>> {
         let gaps = self.equations.contacts().iter().zip(self.gaps(at, q)?);
-        let closed = gaps.filter(|(_, (gap, size))| gap.abs() <= KEPT_AGREES * size);
+        let is_closed = |gap: f64, size: f64| gap.abs() <= KEPT_AGREES * size;
+        let closed =
+            gaps.filter(|(contact, (gap, size))| contact.law.is_rigid() && is_closed(*gap, *size));
         let closed = closed.map(|(contact, _)| contact);
         let [normals, reactions] = directions(closed, self.equations.system(), q)?;
         if normals.is_empty() {

@@ -19,7 +19,7 @@ pub struct Energy {
     pub time: Vec<f64>,
     /// Kinetic energy, shape `(m,)`, \[J\].
     pub kinetic: Vec<f64>,
-    /// Potential energy, shape `(m,)`, \[J\], zero at q = 0.
+    /// Potential energy, shape `(m,)`, \[J\], zero at q = 0, with what stops that give way have stored.
     pub potential: Vec<f64>,
     /// Work of the forcing, and of stops that move, since the start, shape `(m,)`, \[J\].
     pub forcing_work: Vec<f64>,
@@ -29,7 +29,10 @@ pub struct Energy {
     /// Loss at impacts since the start, shape `(m,)`, \[J\], chatter included; for a reaction that is not that of inertia also what lasting
     /// contact takes.
     pub impact_loss: Vec<f64>,
-    /// The error of the balance, shape `(m,)`, \[J\]: `kinetic + potential - forcing_work + damping_loss + impact_loss` less its value at the
+    /// Loss in contacts with stops that give way since the start, shape `(m,)`, \[J\]: in their dashpots, and what a stop that is left still
+    /// has stored.
+    pub contact_loss: Vec<f64>,
+    /// The error of the balance, shape `(m,)`, \[J\]: `kinetic + potential - forcing_work + damping_loss + impact_loss + contact_loss` less its value at the
     /// start. Of a system given by functions it checks the motion and the quadrature alone: a mass or potential that is not that of the
     /// acceleration shows as `damping_loss`.
     pub balance: Vec<f64>,
@@ -49,6 +52,7 @@ impl Energy {
         add(&mut self.forcing_work, next.forcing_work, true);
         add(&mut self.damping_loss, next.damping_loss, true);
         add(&mut self.impact_loss, next.impact_loss, true);
+        add(&mut self.contact_loss, next.contact_loss, true);
         add(&mut self.balance, next.balance, true);
     }
 }
@@ -58,7 +62,20 @@ impl Energy {
 struct Works {
     forcing: f64,
     damping: f64,
+    impact: f64,
+    /// By stops that give way, with what they have stored.
     contact: f64,
+}
+
+/// Powers of the contact forces.
+#[derive(Debug, Clone, Copy, Default)]
+struct ContactPowers {
+    /// Taken by stops that are held: nothing where reactions are those of inertia and the stops rest.
+    held: f64,
+    /// Taken by those that give way.
+    compliant: f64,
+    /// Given by the motions of stops, `-sum L c'`.
+    by_stops: f64,
 }
 
 /// The energy ledger at some points of a path of a scene.
@@ -97,7 +114,7 @@ impl<'a> Ledger<'a> {
     fn fill(&self, points: &[PathPoint], observer: &mut Observer) -> Result<Energy> {
         let mut energy = Energy::default();
         let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
-        let mut start = None;
+        let (mut start, mut stored_first) = (None, None);
         for point in points {
             while arc < point.arc {
                 let span = self.path.arc(arc).span;
@@ -107,7 +124,7 @@ impl<'a> Ledger<'a> {
                 let at = self.equations.moment(arc + 1, 0.0);
                 let by_stops = self.work_at_jump(at, &before, &after)?;
                 works.forcing += by_stops;
-                works.contact += self.jump_loss(&before, &after)? + by_stops;
+                works.impact += self.jump_loss(&before, &after)? + by_stops;
                 (arc, local) = (arc + 1, 0.0);
             }
             self.integrate(arc, (local, point.local), &mut works, observer)?;
@@ -118,13 +135,16 @@ impl<'a> Ledger<'a> {
                 self.energetics.potential(&q)?,
             );
             let stored = self.equations.stored(*point, &q)?;
-            let sum = kinetic + potential - works.forcing + works.damping + works.contact;
+            let at_start = *stored_first.get_or_insert(stored);
+            let lost = works.impact + works.contact;
+            let sum = kinetic + potential - works.forcing + works.damping + lost;
             energy.time.push(point.time);
             energy.kinetic.push(kinetic);
             energy.potential.push(potential + stored);
             energy.forcing_work.push(works.forcing);
             energy.damping_loss.push(works.damping);
-            energy.impact_loss.push(works.contact - stored);
+            energy.impact_loss.push(works.impact);
+            energy.contact_loss.push(works.contact + at_start - stored);
             energy.balance.push(sum - *start.get_or_insert(sum));
         }
         Ok(energy)
@@ -159,9 +179,10 @@ impl<'a> Ledger<'a> {
             let free = || self.equations.free_acceleration(at, &q, &v);
             works.damping += w * (self.energetics).damping_power(at, (&q, &v), stretch, free)?;
             if !regime.is_free() {
-                let [taken, by_stops] = self.contact_power(at, &q, &v, regime)?;
-                works.forcing += w * by_stops;
-                works.contact += w * (taken + by_stops);
+                let powers = self.contact_powers(at, &q, &v, regime)?;
+                works.forcing += w * powers.by_stops;
+                works.impact += w * powers.held;
+                works.contact += w * powers.compliant;
             }
             Ok(())
         })
@@ -186,20 +207,30 @@ impl<'a> Ledger<'a> {
             .sum())
     }
 
-    /// What the contact forces take, nothing where reactions are those of inertia and the stops rest; and the power of stops that
-    /// move, `-sum L c'`.
-    fn contact_power(
+    /// The powers of the contact forces.
+    fn contact_powers(
         &self,
         at: Moment,
         q: &DVector<f64>,
         v: &DVector<f64>,
         regime: &Regime,
-    ) -> Result<[f64; 2]> {
+    ) -> Result<ContactPowers> {
         let equations = &self.equations;
         let (actual, forces) = equations.regime_acceleration(regime, at, q, v)?;
         let pushed = equations.free_acceleration(at, q, v)? - actual;
-        let works = forces.iter();
-        let works = works.map(|&(stop, force)| -force * equations.stop_speed(stop, at));
-        Ok([self.energetics.inertial_work(q, v, &pushed)?, works.sum()])
+        let all = self.energetics.inertial_work(q, v, &pushed)?;
+        let mut powers = ContactPowers::default();
+        for (stop, force) in forces {
+            let by_stop = -force * equations.stop_speed(stop, at);
+            powers.by_stops += by_stop;
+            if regime.is_pressed(stop)
+                && let Some(reaction) = equations.reaction(stop, q)?
+            {
+                let taken = self.energetics.inertial_work(q, v, &(reaction * force))?;
+                powers.compliant += taken + by_stop;
+            }
+        }
+        powers.held = all + powers.by_stops - powers.compliant;
+        Ok(powers)
     }
 }

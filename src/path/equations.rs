@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::flow::RegimeDynamics;
-use crate::law::Regime;
+use crate::law::{ElementState, Regime};
 use crate::model::{
     Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts, directions,
     reaction_weights,
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// The equations of motion of a scene along a path of it.
 pub(crate) struct PathEquations<'a> {
     path: &'a Path,
-    system: &'a System,
+    scene: &'a Scene,
     dynamics: SceneMotion,
     contacts: Arc<Vec<Contact>>,
     phase: f64,
@@ -29,7 +29,7 @@ impl<'a> PathEquations<'a> {
     pub fn new(path: &'a Path, scene: &'a Scene) -> Self {
         Self {
             path,
-            system: scene.system(),
+            scene,
             dynamics: SceneMotion::new(scene),
             contacts: Arc::new(contacts(scene)),
             phase: scene.turned_phase(),
@@ -52,7 +52,7 @@ impl<'a> PathEquations<'a> {
 
     /// The system of the scene.
     pub fn system(&self) -> &System {
-        self.system
+        self.scene.system()
     }
 
     /// Whether a stop moves by itself.
@@ -63,6 +63,23 @@ impl<'a> PathEquations<'a> {
     /// The speed at which a stop recedes by its own motion.
     pub fn stop_speed(&self, stop: usize, at: Moment) -> f64 {
         self.contacts[stop].own_motion(|| at)[1]
+    }
+
+    /// The direction along which a stop pushes; `None` where the mass is singular.
+    ///
+    /// # Errors
+    /// What the functions of a nonlinear system or stop report.
+    pub fn reaction(&self, stop: usize, q: &DVector<f64>) -> Result<Option<DVector<f64>>> {
+        self.contacts[stop].reaction(self.scene.system(), q.as_slice())
+    }
+
+    /// The velocity or acceleration that an impulse or a force of a stop takes.
+    ///
+    /// # Errors
+    /// As [`reaction`](Self::reaction).
+    pub fn push(&self, stop: usize, q: &DVector<f64>, force: f64) -> Result<DVector<f64>> {
+        let reaction = self.reaction(stop, q)?;
+        Ok(reaction.map_or_else(|| DVector::zeros(q.len()), |b| b * force))
     }
 
     /// The stops that are closed at a position, as far as an impact leaves them.
@@ -110,7 +127,7 @@ impl<'a> PathEquations<'a> {
     ) -> Result<(DVector<f64>, Vec<(usize, f64)>)> {
         let motion = RegimeDynamics {
             dynamics: &self.dynamics,
-            system: self.system,
+            system: self.scene.system(),
             contacts: Arc::clone(&self.contacts),
             regime: regime.clone(),
         };
@@ -130,9 +147,23 @@ impl<'a> PathEquations<'a> {
             let contact = &self.contacts[element];
             let at = || self.moment(point.arc, point.local);
             let gap = contact.along(at, (q, q, q), 0.0)?.gap;
-            all += contact.law.by_state().stored(state, gap);
+            all += self.stored_in(element, state, gap);
         }
         Ok(all)
+    }
+
+    /// The energy that an element stores in a state, at a gap \[J\]: none where its reaction is not that of inertia.
+    pub fn stored_in(&self, element: usize, state: ElementState, gap: f64) -> f64 {
+        if self.is_of_inertia(element) {
+            self.contacts[element].law.by_state().stored(state, gap)
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether a stop pushes along its normal: it takes its force times the approach speed.
+    pub fn is_of_inertia(&self, stop: usize) -> bool {
+        self.scene.stops()[stop].reacts_by_inertia()
     }
 
     /// The acceleration of the motion as the path has it, at one of its points and the state there.
@@ -178,7 +209,7 @@ impl<'a> PathEquations<'a> {
         taken: &DVector<f64>,
     ) -> Result<DVector<f64>> {
         let contacts = stops.iter().map(|&stop| &self.contacts[stop]);
-        let [normals, reactions] = directions(contacts, self.system, q)?;
+        let [normals, reactions] = directions(contacts, self.scene.system(), q)?;
         let parts = DVector::from_fn(stops.len(), |i, _| normals[i].dot(taken));
         reaction_weights(&normals, &reactions, &parts)
     }

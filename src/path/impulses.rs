@@ -144,12 +144,7 @@ impl<'a> Impulses<'a> {
         let jumps = self.jumps.iter().filter(is_its).map(|j| j.impulse);
         let mut sum: f64 = hits.chain(jumps).sum();
         for (k, segment) in self.path.parts.segments.iter().enumerate() {
-            if let Some(place) = segment
-                .regime
-                .constrained()
-                .iter()
-                .position(|&held| held == stop)
-            {
+            if let Some(place) = segment.regime.pushing().position(|own| own == stop) {
                 sum += self.forces_on(k, window)?[place];
             }
         }
@@ -172,7 +167,7 @@ impl<'a> Impulses<'a> {
 
     /// The integrals of the forces of the stops in contact on a segment, in a window.
     fn forces_on(&self, segment: usize, window: Window) -> Result<Vec<f64>> {
-        let mut sums = vec![0.0; self.path.parts.segments[segment].regime.constrained().len()];
+        let mut sums = vec![0.0; self.path.parts.segments[segment].regime.pushing().count()];
         if !sums.is_empty() {
             for arc in self.path.parts.arcs_of(segment) {
                 self.integrate(arc, window, &mut sums)?;

@@ -1,7 +1,9 @@
 //! Motions that are kept, and what is had of them: states on both sides of an instant, segments, samples, accelerations, contact
 //! forces, impulses, the energy ledger.
 
+mod chapter;
 mod consistent;
+mod contacts;
 mod drawing;
 mod energy;
 mod equations;
@@ -17,16 +19,18 @@ mod path;
 mod quadrature;
 mod segments;
 
+pub(crate) use chapter::PathChapter;
 pub(crate) use consistent::{ORBIT, check_motion};
+pub use contacts::ContactRecord;
 pub use drawing::Samples;
 pub(crate) use drawing::joined;
 pub use energy::Energy;
 pub(crate) use evaluator::Evaluator;
 pub(crate) use impulses::{Window, check_order};
+pub(crate) use motion::KeptMotion;
 pub use motion::Motion;
-pub(crate) use motion::{KeptMotion, PathChapter};
 pub(crate) use outputs::Located;
 pub(crate) use parts::{PathArc, PathParts, PathPoint, PathSegment};
 pub(crate) use path::{Path, check_time};
 pub(crate) use segments::Stretch;
-pub use segments::{ImpactSide, Segment};
+pub use segments::{ImpactSide, RegimeRow, Segment};

@@ -5,43 +5,16 @@ use crate::error::Result;
 use crate::impact::Impact;
 use crate::model::{Normal, PhysicalState, Scene};
 use crate::observer::{Observer, unless_broken_off};
+use crate::path::chapter::PathChapter;
+use crate::path::contacts::{ContactRecord, contacts_along};
 use crate::path::drawing::{Samples, joined};
 use crate::path::energy::{Energy, energy_along};
 use crate::path::equations::PathEquations;
-use crate::path::impulses::Impulses;
 use crate::path::outputs::{Component, Located, check_stop};
 use crate::path::parts::PathPoint;
-use crate::path::path::Path;
-use crate::path::segments::{ImpactSide, Segment, Stretch};
+use crate::path::segments::{ImpactSide, RegimeRow, Segment, Stretch};
 use nalgebra::DVector;
 use std::cell::OnceCell;
-use std::sync::OnceLock;
-
-/// A path of a scene, with the impacts along it.
-#[derive(Clone, Copy)]
-pub(crate) struct PathChapter<'a> {
-    pub path: &'a Path,
-    pub scene: &'a Scene,
-    pub impacts: &'a [Impact],
-    /// What the stops in contact on each segment of the path give [N s], shape `(n_contacts,)` each, integrated when first asked for.
-    pub contact_impulses: &'a OnceLock<Vec<Vec<f64>>>,
-}
-
-impl<'a> PathChapter<'a> {
-    /// The impulses of the stops along it.
-    pub fn impulses(&self) -> Result<Impulses<'a>> {
-        Impulses::new(self.path, self.scene, self.impacts)
-    }
-
-    /// Those of the stops in contact on each segment.
-    fn impulses_of_segments(&self) -> Result<&'a Vec<Vec<f64>>> {
-        if let Some(known) = self.contact_impulses.get() {
-            return Ok(known);
-        }
-        let impulses = self.impulses()?.of_segments()?;
-        Ok(self.contact_impulses.get_or_init(|| impulses))
-    }
-}
 
 /// A motion that is kept: its scene, where it is at a time, and the forcing along it.
 pub(crate) trait KeptMotion {
@@ -263,6 +236,33 @@ pub trait Motion: KeptMotion {
             let impulses = chapter.impulses_of_segments()?;
             let parts = self.stretches_of(&chapter).into_iter();
             rows.extend(parts.flat_map(|part| part.rows(&impulses[part.segment])));
+        }
+        Ok(rows)
+    }
+
+    /// The contacts by their starts, one row each: an impact, or a stretch along which a stop is pressed or held, with the impact or the
+    /// impacts that accumulate with which that begins.
+    ///
+    /// # Errors
+    /// A trajectory that does not keep its motion; what the functions of a nonlinear scene report.
+    fn contacts(&self) -> Result<Vec<ContactRecord>> {
+        let phase = self.forcing_phase();
+        contacts_along(&self.chapters()?, self.span(), &*phase)
+    }
+
+    /// The regimes, one after the other: the state of each element of the scene along each.
+    ///
+    /// # Errors
+    /// A trajectory that does not keep its motion.
+    fn regimes(&self) -> Result<Vec<RegimeRow>> {
+        let count = self.scene().stops().len();
+        let mut rows: Vec<RegimeRow> = Vec::new();
+        for stretch in self.stretches()? {
+            let next = RegimeRow::of(&stretch, count);
+            match rows.last_mut().filter(|last| last.states == next.states) {
+                Some(last) => last.end = next.end,
+                None => rows.push(next),
+            }
         }
         Ok(rows)
     }

@@ -2,6 +2,7 @@
 
 use crate::hybrid::SegmentKind;
 use crate::law::Regime;
+use std::borrow::Cow;
 
 /// Which velocity is meant at an impact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +30,30 @@ pub struct Segment {
     pub impulse: f64,
 }
 
+/// A part of a motion along which each element of the scene stays in one state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegimeRow {
+    /// Start \[s\].
+    pub start: f64,
+    /// End \[s\].
+    pub end: f64,
+    /// The state of each element, in the order of the scene's stops: "free", "held", "pressed", "relaxing" or "idle".
+    pub states: Vec<&'static str>,
+}
+
+impl RegimeRow {
+    /// That of a part of a motion with so many elements.
+    pub(crate) fn of(stretch: &Stretch<'_>, count: usize) -> Self {
+        let lasting = stretch.lasting();
+        let states = (0..count).map(|element| lasting.state(element).name());
+        Self {
+            start: stretch.start,
+            end: stretch.end,
+            states: states.collect(),
+        }
+    }
+}
+
 /// A part of a motion with all the stops in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stretch<'a> {
@@ -47,7 +72,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// The regime that lasts along it: the free one where impacts accumulate.
-    pub fn lasting(&self) -> &'a Regime {
+    pub fn lasting(&self) -> Cow<'a, Regime> {
         self.kind.lasting(self.regime)
     }
 

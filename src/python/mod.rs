@@ -75,8 +75,8 @@ mod _core {
     #[pymodule_export]
     use super::model::{
         _rayleigh_coefficients, PyBaseAcceleration, PyBaseMotion, PyDoublePendulum, PyFourier,
-        PyHarmonic, PyLinearSystem, PyLoad, PyNonlinearStop, PyNonlinearSystem, PyPendulumChain,
-        PyScene, PySignal, PyStop, PyWall, paper_scene, paper_system,
+        PyHarmonic, PyLinearSystem, PyLoad, PyNewton, PyNonlinearStop, PyNonlinearSystem,
+        PyPendulumChain, PyScene, PySignal, PySpring, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]
     use super::objective::{_check_entry, _derivatives_but_multipliers, _objective_at};

@@ -428,6 +428,27 @@ macro_rules! motion_class {
                 $crate::python::rows::out_segments(py, &segments)
             }
 
+            /// Contacts by their starts, of an orbit those of one period: structured array of stop, start, end [s], phase (of the start)
+            /// [rad], speed_before, speed_after [m/s] (nan where the motion begins or ends in it), impulse [N s], peak_force [N] (inf of an
+            /// impact), peak_approach [m], loss [J]; of a trajectory needs keep="motion".
+            #[getter]
+            fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                let $own = self;
+                let motion = &$motion;
+                let contacts = $crate::python::interrupt::run(py, false, || motion.contacts())?;
+                $crate::python::rows::out_contacts(py, &contacts)
+            }
+
+            /// Regimes, of an orbit those of one period: structured array of start, end [s], mode (0), state: "free", "held", "pressed",
+            /// "relaxing" or "idle" of each of ``scene.elements``; of a trajectory needs keep="motion".
+            #[getter]
+            fn regimes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+                let $own = self;
+                let motion = &$motion;
+                let rows = motion.regimes()?;
+                $crate::python::rows::out_regimes(py, &rows, motion.scene().stops().len())
+            }
+
             /// The energy ledger: of a trajectory at the times ``trajectory.t``, which needs keep="motion"; of one period of an orbit, from right after
             /// the first impact to right after it a period later (``t``, both sides of each impact), where what the forcing brought is what was lost in
             /// dampers and at impacts.

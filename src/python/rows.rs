@@ -2,10 +2,11 @@
 
 use crate::impact::Impact;
 use crate::python::array::{RowType, out_rows, out_vector};
-use crate::simulate::Segment;
+use crate::simulate::{ContactRecord, RegimeRow, Segment};
 use nalgebra::DVector;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
 static IMPACT_ROWS: RowType = RowType::new(&[
     ("time", "f8"),
@@ -31,6 +32,18 @@ static SEGMENTS: RowType = RowType::new(&[
     ("start", "f8"),
     ("end", "f8"),
     ("impulse", "f8"),
+]);
+static CONTACTS: RowType = RowType::new(&[
+    ("stop", "i8"),
+    ("start", "f8"),
+    ("end", "f8"),
+    ("phase", "f8"),
+    ("speed_before", "f8"),
+    ("speed_after", "f8"),
+    ("impulse", "f8"),
+    ("peak_force", "f8"),
+    ("peak_approach", "f8"),
+    ("loss", "f8"),
 ]);
 
 /// Impacts as a structured array.
@@ -120,6 +133,60 @@ pub(crate) fn out_segments<'py>(
         impulses.into_pyarray(py).into_any(),
     ];
     SEGMENTS.array(py, segments.len(), columns)
+}
+
+/// Contacts as a structured array.
+pub(crate) fn out_contacts<'py>(
+    py: Python<'py>,
+    contacts: &[ContactRecord],
+) -> PyResult<Bound<'py, PyAny>> {
+    let stops = contacts
+        .iter()
+        .map(|own| i64::try_from(own.stop).unwrap_or(i64::MAX))
+        .collect::<Vec<_>>();
+    let column = |of: &dyn Fn(&ContactRecord) -> f64| {
+        let values: Vec<f64> = contacts.iter().map(of).collect();
+        values.into_pyarray(py).into_any()
+    };
+    let columns = [
+        stops.into_pyarray(py).into_any(),
+        column(&|own| own.start),
+        column(&|own| own.end),
+        column(&|own| own.phase),
+        column(&|own| own.speed_before),
+        column(&|own| own.speed_after),
+        column(&|own| own.impulse),
+        column(&|own| own.peak_force),
+        column(&|own| own.peak_approach),
+        column(&|own| own.loss),
+    ];
+    CONTACTS.array(py, contacts.len(), columns)
+}
+
+/// Regimes as a structured array, with an entry of its state for each of some elements.
+pub(crate) fn out_regimes<'py>(
+    py: Python<'py>,
+    rows: &[RegimeRow],
+    n_elements: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = py.import("numpy")?;
+    let fields = PyList::empty(py);
+    for (name, kind) in [("start", "f8"), ("end", "f8"), ("mode", "i8")] {
+        fields.append((name, kind))?;
+    }
+    fields.append(("state", "U9", (n_elements,)))?;
+    let array = numpy.call_method1("zeros", (rows.len(), fields))?;
+    let column = |of: &dyn Fn(&RegimeRow) -> f64| {
+        let values: Vec<f64> = rows.iter().map(of).collect();
+        values.into_pyarray(py)
+    };
+    array.set_item("start", column(&|own| own.start))?;
+    array.set_item("end", column(&|own| own.end))?;
+    if n_elements > 0 && !rows.is_empty() {
+        let states: Vec<&[&str]> = rows.iter().map(|own| own.states.as_slice()).collect();
+        array.set_item("state", states)?;
+    }
+    Ok(array)
 }
 
 /// Rows out as (m, n), a single one as (n,).

@@ -26,10 +26,12 @@ plain_class! { PyStats |own| {
     /// Absolute tolerance that the run had [length]: the smallest of its gaps, and of its coordinates where steps were taken; under ramps the smallest
     /// of all parts. Zero where nothing has one, nan of a file that does not know.
     atol: own.atol,
+    /// Contacts with stops that give way which began.
+    n_contacts: own.n_contacts,
 }
 
     #[new]
-    #[pyo3(signature = (n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts, atol=f64::NAN))]
+    #[pyo3(signature = (n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts, atol=f64::NAN, n_contacts=None))]
     fn new(
         n_rhs: &Bound<'_, PyAny>,
         n_steps: &Bound<'_, PyAny>,
@@ -37,6 +39,7 @@ plain_class! { PyStats |own| {
         n_flights: &Bound<'_, PyAny>,
         n_impacts: &Bound<'_, PyAny>,
         atol: f64,
+        n_contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         Ok(Self(Stats {
             n_rhs: argument::saved("n_rhs", n_rhs)?,
@@ -44,14 +47,19 @@ plain_class! { PyStats |own| {
             n_gap_evaluations: argument::saved("n_gap_evaluations", n_gap_evaluations)?,
             n_flights: argument::saved("n_flights", n_flights)?,
             n_impacts: argument::saved("n_impacts", n_impacts)?,
+            n_contacts: n_contacts.map_or(Ok(0), |own| argument::saved("n_contacts", own))?,
             atol,
         }))
     }
 
     fn __repr__(&self) -> String {
         let s = self.0;
+        let contacts = match s.n_contacts {
+            0 => String::new(),
+            count => format!(", n_contacts={count}"),
+        };
         format!(
-            "Stats(n_rhs={}, n_steps={}, n_gap_evaluations={}, n_flights={}, n_impacts={}, atol={:e})",
+            "Stats(n_rhs={}, n_steps={}, n_gap_evaluations={}, n_flights={}, n_impacts={}, atol={:e}{contacts})",
             s.n_rhs, s.n_steps, s.n_gap_evaluations, s.n_flights, s.n_impacts, s.atol
         )
     }
@@ -60,8 +68,8 @@ plain_class! { PyStats |own| {
 /// Energies along a motion, one entry for each of the times t.
 /// They are those of a trajectory, or of one period of an orbit; arrays of shape (m,).
 ///
-/// ``balance`` is what does not add up: kinetic + potential - forcing_work + damping_loss + impact_loss, less its value at
-/// the start; zero but for the tolerance of the integration.
+/// ``balance`` is what does not add up: kinetic + potential - forcing_work + damping_loss + impact_loss + contact_loss, less its
+/// value at the start; zero but for the tolerance of the integration.
 #[pyclass(name = "Energy", module = "vibroimpact", frozen)]
 pub(crate) struct PyEnergy(pub Energy);
 
@@ -81,9 +89,13 @@ plain_class! { PyEnergy |own| {
     impact_loss: &own.impact_loss,
     /// What does not add up [J], zero at the start, shape (m,).
     balance: &own.balance,
+    /// Loss in contacts with stops that give way since the start [J], shape (m,): in their dashpots, and what a stop that is left still
+    /// has stored.
+    contact_loss: &own.contact_loss,
 }
 
     #[new]
+    #[pyo3(signature = (t, kinetic, potential, forcing_work, damping_loss, impact_loss, balance, contact_loss=None))]
     fn new(
         t: &Bound<'_, PyAny>,
         kinetic: &Bound<'_, PyAny>,
@@ -92,6 +104,7 @@ plain_class! { PyEnergy |own| {
         damping_loss: &Bound<'_, PyAny>,
         impact_loss: &Bound<'_, PyAny>,
         balance: &Bound<'_, PyAny>,
+        contact_loss: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let time = vector("t", t)?;
         let values = |name, value| -> PyResult<Vec<f64>> {
@@ -106,6 +119,10 @@ plain_class! { PyEnergy |own| {
             damping_loss: values("damping_loss", damping_loss)?,
             impact_loss: values("impact_loss", impact_loss)?,
             balance: values("balance", balance)?,
+            contact_loss: match contact_loss {
+                Some(own) => values("contact_loss", own)?,
+                None => vec![0.0; time.len()],
+            },
             time: time.as_slice().to_vec(),
         }))
     }

@@ -157,6 +157,9 @@ pub(crate) fn points_of(motion: &dyn KeptMotion, section: &Section) -> Result<Po
         }
         Section::Impacts(stops) => {
             section.check(motion.scene())?;
+            motion
+                .scene()
+                .check_stops_are_rigid("a section of impacts")?;
             let mut events = events(motion.impacts(), &motion.stretches()?);
             events.retain(|event| stops.is_empty() || stops.contains(&event.stop));
             let times: Vec<f64> = events.iter().map(|event| event.time).collect();

@@ -14,7 +14,7 @@ fn a_free_body_is_given_back_what_another_law_says() {
     let rate = f64::sqrt(k / 2.0);
     let damped = rate * f64::sqrt(1.0 - ratio * ratio);
     let law = Cushion::law(k, 4.0 * ratio * rate);
-    let stop = Stop::new(0, 0.5, 0.0).expect("valid").with_law(law);
+    let stop = Stop::new(0, 0.5, law).expect("valid");
     let scene = Scene::new(free, Forcing::Unforced, [stop]).expect("valid");
     let given_back = f64::exp(-std::f64::consts::PI * ratio / f64::sqrt(1.0 - ratio * ratio));
     let back = 0.5 / 0.8 + std::f64::consts::PI / damped;
@@ -41,7 +41,7 @@ fn a_free_body_is_given_back_what_another_law_says() {
         let most = |values: &[f64]| values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         assert!(most(&energy.balance) < 1e-8, "{method}");
         let taken = 0.64 * (1.0 - given_back * given_back);
-        let lost = energy.impact_loss.last().expect("a last row");
+        let lost = energy.contact_loss.last().expect("a last row");
         assert!((lost - taken).abs() < 1e-8, "{method}: {lost}");
         // At the touch the dashpot alone pushes, apart from the stop nothing does.
         let force = run.contact_force(0, Some(&[0.6, 0.625, 2.5]));

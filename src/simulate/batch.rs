@@ -176,7 +176,7 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
         };
         let Run { flow, events, .. } = &mut self.run;
         let IntegratedFlow { free, system } = flow;
-        let orders = flight.is_new.then_some(events.root_orders());
+        let orders = flight.is_new.then_some(events.root_orders().gaps());
         let (goal, record) = (flight.goal, &mut self.record);
         flight.step = free
             .search

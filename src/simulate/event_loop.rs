@@ -3,7 +3,9 @@
 use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::Present;
-use crate::hybrid::{Arrival, HybridFlow, HybridSystem, Resolver, Unresolved, is_one_instant};
+use crate::hybrid::{
+    Arrival, HybridFlow, HybridSystem, Resolver, RootOrders, Unresolved, is_one_instant,
+};
 use crate::observer::Observer;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
@@ -91,13 +93,19 @@ impl EventLoop {
     pub fn stats(&self) -> Stats {
         Stats {
             n_impacts: self.resolver.n_impacts,
+            n_contacts: self.resolver.n_contacts,
             n_flights: self.n_flights,
             ..Stats::default()
         }
     }
 
+    /// The impacts, and the contacts with stops that give way.
+    pub fn n_met(&self) -> usize {
+        self.resolver.n_impacts + self.resolver.n_contacts
+    }
+
     /// The orders of the roots of the guards where the present flight begins.
-    pub fn root_orders(&self) -> &[usize] {
+    pub fn root_orders(&self) -> &RootOrders {
         &self.resolver.root_orders
     }
 
@@ -126,7 +134,7 @@ impl EventLoop {
         let now = system.clock().time();
         if options
             .max_impacts
-            .is_some_and(|most| self.n_before + self.resolver.n_impacts >= most)
+            .is_some_and(|most| self.n_before + self.n_met() >= most)
         {
             return ControlFlow::Break(self.ended(now, Status::MaxImpacts));
         }
@@ -206,11 +214,15 @@ impl EventLoop {
     }
 
     fn ended(&self, time: f64, status: Status) -> Ending {
-        let count = self.n_before + self.resolver.n_impacts;
+        let impacts = self.n_before + self.resolver.n_impacts;
+        let counted = match self.resolver.n_contacts {
+            0 => format!("{impacts} impacts"),
+            contacts => format!("{impacts} impacts and {contacts} contacts"),
+        };
         let mut message = if status == Status::MaxImpacts {
-            format!("stopped after {count} impacts at t = {time}")
+            format!("stopped after {counted} at t = {time}")
         } else {
-            format!("reached t = {time} with {count} impacts")
+            format!("reached t = {time} with {counted}")
         };
         if self.resolver.n_inelastic > 0 {
             message.push_str(&format!(
@@ -230,10 +242,11 @@ impl EventLoop {
     fn is_looping(&mut self, now: f64, left: f64) -> bool {
         let (time, impacts, count) = &mut self.events_at;
         let is_near = is_one_instant(now, *time) || (now - *time).abs() <= f64::EPSILON * left;
-        if is_near && *impacts == self.resolver.n_impacts {
+        let met = self.resolver.n_impacts + self.resolver.n_contacts;
+        if is_near && *impacts == met {
             *count += 1;
         } else {
-            (*time, *impacts, *count) = (now, self.resolver.n_impacts, 0);
+            (*time, *impacts, *count) = (now, met, 0);
         }
         *count > MOST_EVENTS_AT_ONCE
     }

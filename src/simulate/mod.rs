@@ -27,7 +27,7 @@ mod solver;
 mod trajectory;
 
 pub use crate::hybrid::{Graze, SegmentKind};
-pub use crate::path::{Energy, ImpactSide, Motion, Samples, Segment};
+pub use crate::path::{ContactRecord, Energy, ImpactSide, Motion, RegimeRow, Samples, Segment};
 pub(crate) use batch::Batch;
 pub(crate) use by_method::{RunMaker, RunVisitor, SeriesRun, visit_runs};
 pub(crate) use event_loop::Ending;

@@ -161,6 +161,8 @@ pub struct Stats {
     pub n_flights: usize,
     /// Impacts.
     pub n_impacts: usize,
+    /// Contacts with stops that give way which began.
+    pub n_contacts: usize,
     /// The absolute tolerance that the run had, the smallest of its gaps, and of its coordinates where steps were taken; the smallest of all
     /// parts of a run under ramps. Zero where there is nothing that has one, NaN of a file that does not know.
     pub atol: f64,
@@ -175,6 +177,7 @@ impl Stats {
             n_gap_evaluations: self.n_gap_evaluations + other.n_gap_evaluations,
             n_flights: self.n_flights + other.n_flights,
             n_impacts: self.n_impacts + other.n_impacts,
+            n_contacts: self.n_contacts + other.n_contacts,
             atol: if self.atol > 0.0 {
                 self.atol.min(other.atol)
             } else {

@@ -65,7 +65,7 @@ impl AnyRun<'_> {
                 ended
             } else {
                 let some = SimulateOptions {
-                    max_impacts: Some(events.stats().n_impacts + IMPACTS_PER_PIECE),
+                    max_impacts: Some(events.n_met() + IMPACTS_PER_PIECE),
                     ..(*options).clone()
                 };
                 flow.go_on(events, to, &some, &mut record)?

@@ -28,13 +28,17 @@ impl Trajectory {
             span: self.span,
             status: self.status.name().to_owned(),
             message: self.message.clone(),
-            stats: [
-                s.n_rhs,
-                s.n_steps,
-                s.n_gap_evaluations,
-                s.n_flights,
-                s.n_impacts,
-            ],
+            stats: {
+                let contacts = Some(s.n_contacts).filter(|count| *count > 0);
+                let others = [
+                    s.n_rhs,
+                    s.n_steps,
+                    s.n_gap_evaluations,
+                    s.n_flights,
+                    s.n_impacts,
+                ];
+                others.into_iter().chain(contacts).collect()
+            },
             atol: s.atol,
             impacts: self
                 .impacts
@@ -107,7 +111,19 @@ impl Trajectory {
                 impacts: first..last,
             });
         }
-        let [n_rhs, n_steps, n_gap_evaluations, n_flights, n_impacts] = saved.stats;
+        let &[
+            n_rhs,
+            n_steps,
+            n_gap_evaluations,
+            n_flights,
+            n_impacts,
+            ref contacts @ ..,
+        ] = saved.stats.as_slice()
+        else {
+            let found = format!("({},)", saved.stats.len());
+            return Err(Error::bad_shape("stats", found, "(5,) or (6,)"));
+        };
+        let n_contacts = contacts.first().copied().unwrap_or(0);
         Ok(Self {
             scene: scene.clone(),
             chapters,
@@ -149,6 +165,7 @@ impl Trajectory {
                 n_gap_evaluations,
                 n_flights,
                 n_impacts,
+                n_contacts,
                 atol: saved.atol,
             },
         })
@@ -219,7 +236,7 @@ fn kept(
         let kind = SegmentKind::from_name(name)?;
         let kept = PathSegment {
             kind,
-            regime: Regime::read(stops),
+            regime: Regime::read(stops).unwrap_or_default(),
             first: *first,
             offset,
         };

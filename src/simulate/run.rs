@@ -217,7 +217,9 @@ fn put_onto_stops<Y: HybridSystem + ?Sized>(system: &mut Y) -> Result<PhysicalSt
     // One stop may lead behind another.
     for _ in 0..=system.n_stops() {
         system.evaluate_gaps()?;
-        let is_behind = |&stop: &usize| system.gap(stop).gap < -system.rounding(stop);
+        let is_behind = |&stop: &usize| {
+            system.element_law(stop).is_rigid() && system.gap(stop).gap < -system.rounding(stop)
+        };
         let behind: Vec<usize> = (0..system.n_stops()).filter(is_behind).collect();
         if behind.is_empty() {
             break;

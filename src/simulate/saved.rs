@@ -12,8 +12,8 @@ pub struct SavedTrajectory {
     pub status: String,
     /// How the run ended, in words.
     pub message: String,
-    /// The five counts of [`Stats`](crate::Stats).
-    pub stats: [usize; 5],
+    /// The counts of [`Stats`](crate::Stats), that of contacts last and only where there were any.
+    pub stats: Vec<usize>,
     /// The absolute tolerance of the run, NaN of what was saved without it.
     pub atol: f64,
     /// Time, stop, speed before, speed after, impulse and forcing phase of each impact.

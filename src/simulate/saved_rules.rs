@@ -112,13 +112,13 @@ pub(super) fn check(scene: &Scene, saved: &SavedTrajectory) -> Result<()> {
         }
         for (name, stops, _) in segments {
             let kind = SegmentKind::from_name(name)?;
-            stops
-                .iter()
-                .try_for_each(|&stop| check_stop("a segment", stop, scene))?;
-            if !kind.can_have(stops) {
+            let Some(regime) = kind.read(stops) else {
                 let rule = format!("they are not those of a {name}");
                 return Err(refused("a segment", format!("with stops {stops:?}"), &rule));
-            }
+            };
+            regime
+                .elements()
+                .try_for_each(|stop| check_stop("a segment", stop, scene))?;
         }
     }
     Ok(())

@@ -109,6 +109,7 @@ impl Schedule {
     /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so;
     /// `Error::Interrupted` where the answer to whether to go on is to break off.
     pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
+        scene.check_stops_are_rigid("a ramp")?;
         let mut builder = ScheduleBuilder {
             steady: scene.clone(),
             levels: Vec::new(),

@@ -147,6 +147,8 @@ pub fn bifurcation_diagram_of(
     options: &DiagramOptions,
 ) -> Result<BifurcationDiagram> {
     check(values, scenes, options)?;
+    let mut all = scenes.iter();
+    all.try_for_each(|scene| scene.check_stops_are_rigid("bifurcation_diagram"))?;
     let mut up: Vec<usize> = (0..values.len()).collect();
     up.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let down: Vec<usize> = up.iter().rev().copied().collect();

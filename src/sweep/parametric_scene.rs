@@ -114,7 +114,7 @@ impl<'a> ParametricScene<'a> {
         number.set(&mut self.stops[stop], value)?;
         let (geometry, own) = (Arc::make_mut(&mut self.moved.geometry), &self.stops[stop]);
         geometry.clearances[stop] = own.clearance();
-        geometry.laws[stop] = own.law().clone();
+        geometry.laws[stop] = own.contact().clone();
         Ok(())
     }
 

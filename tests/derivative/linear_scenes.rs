@@ -84,7 +84,7 @@ fn derivatives_are_those_of_orbits_beside() {
         let values = [
             frequency,
             stop.clearance(),
-            stop.restitution().value(),
+            stop.restitution().expect("rigid").value(),
             1.0,
             1.0,
         ];

@@ -61,10 +61,12 @@ fn off(
         let value = match parameter {
             Parameter::RESTITUTION if !has_clearance(base) => 0.8,
             Parameter::CLEARANCE => stop(0).clearance(),
-            Parameter::RESTITUTION => stop(0).restitution().value(),
+            Parameter::RESTITUTION => stop(0).restitution().expect("rigid").value(),
             Parameter::Frequency => TAU / base.period().expect("one"),
             Parameter::OneStop(StopNumber::Clearance, i) => stop(i).clearance(),
-            Parameter::OneStop(StopNumber::Restitution, i) => stop(i).restitution().value(),
+            Parameter::OneStop(StopNumber::Restitution, i) => {
+                stop(i).restitution().expect("rigid").value()
+            }
             _ => 1.0,
         };
         let there = base

@@ -241,7 +241,7 @@ WRONG_TYPES = [
     ("free", "3", "str", lambda: vi.periodic_orbits(PAIR, [(0, 1)], free=3)),
     ("between", "5", "pair of numbers", lambda: vi.periodic_orbits(PAIR, [(0, 1)], free="frequency", between=5)),
     ("clearance", "'a'", "number", lambda: vi.Stop(0, "a", 1)),
-    ("restitution", "None", "number", lambda: vi.Stop(0, 1, None)),
+    ("restitution", "'hard'", "number", lambda: vi.Stop(0, 1, "hard")),
     ("side", "3", "str", lambda: vi.Stop(0, 1, 1, side=3)),
     ("position", "'far'", "number", lambda: vi.Wall(0, "far", 1)),
     ("frequency", "'fast'", "number", lambda: vi.BaseMotion(1, "fast")),

@@ -167,8 +167,8 @@ class TestRefusals:
     def test_a_newer_format_is_refused_by_both_numbers(self, tmp_path):
         path = saved(tmp_path)
         header, arrays = entries(path)
-        rewritten(path, header | {"format": 2, "version": "9.1.0"}, arrays)
-        rule = r"path is '.*', but its format 2 is newer than 1, the newest that this version reads: take vibroimpact 9.1.0"
+        rewritten(path, header | {"format": 3, "version": "9.1.0"}, arrays)
+        rule = r"path is '.*', but its format 3 is newer than 2, the newest that this version reads: take vibroimpact 9.1.0"
         with pytest.raises(ValueError, match=rule):
             vi.load(path)
 

@@ -43,13 +43,21 @@ def test_a_name_from_elsewhere_is_answered_with_the_one_here(given, here, call):
 
 
 def test_a_name_that_nothing_has_is_answered_with_all_names():
-    with pytest.raises(TypeError, match="Stop has no colour: it has normal, clearance, restitution, side, reaction, motion"):
+    with pytest.raises(
+        TypeError, match="Stop has no colour: it has normal, clearance, restitution, contact, side, reaction, motion"
+    ):
         vi.Stop(0, 1.0, 0.8, colour="red")
 
 
 def test_what_is_missing_or_too_much_is_said_of_the_class():
-    with pytest.raises(TypeError, match=r"^Stop\(\) missing 1 required positional argument: 'restitution'"):
+    with pytest.raises(TypeError, match=r"^Stop\(\) missing 1 required positional argument: 'clearance'"):
+        vi.Stop(0)
+    with pytest.raises(TypeError, match="one of restitution and contact is needed"):
         vi.Stop(0, 1.0)
+    with pytest.raises(TypeError, match="restitution and contact are both given"):
+        vi.Stop(0, 1.0, 0.5, contact=vi.Newton(0.5))
+    with pytest.raises(TypeError, match="contact is float, but a law of contact is needed"):
+        vi.Stop(0, 1.0, contact=0.5)
     with pytest.raises(TypeError, match=r"^Harmonic\(\) takes .* positional arguments"):
         vi.Harmonic([1.0], 2.0, 0.0, 3.0)
 

@@ -18,5 +18,6 @@ mod pendulum;
 mod ramps;
 mod scene_cost;
 mod sides;
+mod springs;
 mod stepping;
 mod taylor;

@@ -21,8 +21,8 @@ from vibroimpact.errors import ConvergenceError
 from vibroimpact.results import encoding
 from vibroimpact.results.record import RESULTS, Record
 
-#: Counts what older libraries cannot read.
-FORMAT = 1
+#: Counts what older libraries cannot read; a file has the least format that its contents need.
+FORMAT = 2
 HEADER = "header"
 Result = Trajectory | Orbit | Orbits | Record
 
@@ -52,13 +52,13 @@ def save(result: Result, path: str | os.PathLike[str]) -> None:
     arguments, keywords = encoding.pieces(result)
     has_scene = bool(arguments) and isinstance(arguments[0], Scene)
     header = {
-        "format": FORMAT,
         "version": _core.__version__,
         "type": type(result).__name__,
         "scene": encoder.encoded(arguments[0], "scene") if has_scene else None,
         "arguments": [encoder.encoded(argument, "result") for argument in arguments[has_scene:]],
         "keywords": {name: encoder.encoded(value, "result") for name, value in keywords.items()},
     }
+    header["format"] = encoder.format
     path = Path(path)
     part = path.with_name(path.name + ".part")
     try:

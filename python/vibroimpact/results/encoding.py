@@ -12,9 +12,12 @@ from typing import Any
 import numpy as np
 
 from vibroimpact import _core
-from vibroimpact._core import NonlinearStop, NonlinearSystem
+from vibroimpact._core import NonlinearStop, NonlinearSystem, Spring
 
 Arrays = dict[str, np.ndarray[Any, Any]]
+
+#: The formats from which on there are objects of a type, but for those of the first.
+_FORMATS: dict[type, int] = {Spring: 2}
 
 #: Lists of as many numbers and more are arrays.
 _LONG = 8
@@ -34,6 +37,8 @@ class Encoder:
 
     def __init__(self, made: Mapping[str, Any]) -> None:
         self.arrays: Arrays = {}
+        #: The least format of what has been encoded.
+        self.format = 1
         self._made = made
 
     def encoded(self, value: Any, where: str) -> Any:
@@ -61,6 +66,7 @@ class Encoder:
     def by_arguments(self, value: Any, where: str) -> Any:
         """Return an object as its type and the arguments that make it again."""
         arguments, keywords = pieces(value)
+        self.format = max(self.format, _FORMATS.get(type(value), 1))
         where = f"{where}, {type(value).__name__}"
         return {
             "type": type(value).__name__,

@@ -89,7 +89,7 @@ def _stop(stop: Any) -> Sequence[str]:
         type(stop).__name__,
         numbers(at) if at is not None else "any gap",
         number(where) if where is not None else "",
-        number(stop.restitution),
+        number(stop.restitution) if stop.restitution is not None else escape(repr(stop.contact)),
         *shown,
     )
 
@@ -108,7 +108,7 @@ def scene(own: Scene) -> str:
         period = f" (period {number(own.period)} s)" if own.period is not None else ""
         parts.append(table(("forcing", escape(repr(one)) + period) for one in forcing))
     if own.stops:
-        head = ("", "stop", "normal", "clearance", "restitution", "side", "reaction", "motion")
+        head = ("", "stop", "normal", "clearance", "restitution or law", "side", "reaction", "motion")
         every = list(enumerate(own.stops))
         parts.append(table(cut(every, lambda item: (str(item[0]), *_stop(item[1]))), head))
     return page(f"Scene of {own.n_dof} coordinate{'s' if own.n_dof > 1 else ''}", *parts)

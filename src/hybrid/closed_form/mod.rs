@@ -1,6 +1,8 @@
 //! A linear scene in closed form: moved from contact to contact in modes (theory 8).
 
 mod arcs;
+mod compliant;
+mod compliant_elements;
 mod flight_sampler;
 mod impacts;
 mod maps;

@@ -9,10 +9,11 @@ use crate::flow::gap_model::GapModel;
 use crate::flow::{GapRow, LinearFlow, Quantity, RegimeMotion, with_flow};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::{Gaps, Present};
 use crate::impact::{StopsAt, project};
-use crate::law::{Guard, Regime};
+use crate::law::{Guard, GuardKind, Regime};
 use crate::modal::{ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
 use crate::observer::Observer;
@@ -39,8 +40,15 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         &mut self,
         stops: &[usize],
     ) -> Result<(Arc<RegimeMotion>, PhysicalState)> {
-        let regime = Regime::holding(stops);
+        let regime = self.regime_holding(stops);
         Ok((self.motion_in(&regime)?, self.settled(&regime)?))
+    }
+
+    /// The present regime with other stops held.
+    fn regime_holding(&self, stops: &[usize]) -> Regime {
+        let beside = self.compliant.motion.as_ref();
+        let beside = beside.map_or(Regime::free(), |motion| &motion.regime);
+        beside.holding_instead(stops)
     }
 
     /// Some stops at a position.
@@ -83,7 +91,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         } else {
             let motion = self.motion_in(regime)?;
             let state = self.settled(regime)?;
-            let equations = motion.equations(&self.scene.system);
+            let equations = motion.equations(self.scene);
             let carried = |order: usize| motion.carried_derivative(self.scene, at, order);
             equations.derivatives(self.scene, at, state, lost, (orders.clone(), &carried))
         };
@@ -111,7 +119,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     pub(super) fn advance_in_regime(
         &mut self,
         motion: &RegimeMotion,
-        orders: &[usize],
+        orders: &RootOrders,
         (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
         observer: &mut Observer,
@@ -121,11 +129,17 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let flight = RegimeFlight {
             motion,
             at,
-            modal_state: motion.reduce(&q, &v, at),
+            modal_state: motion.with_places(motion.reduce(&q, &v, at), |element| {
+                self.compliant.place(element)
+            }),
             orders,
         };
+        let back = self.compliant.first_back().filter(|own| own.1 <= span);
+        let back = back.map(|(element, time)| (Guard::place(element), time));
+        let searched = back.map_or(span, |own| own.1);
         let (next, seen, touches) =
-            with_flow!(&motion.flow, flow => flight.next(flow, span, observer))?;
+            with_flow!(&motion.flow, flow => flight.next(flow, searched, observer))?;
+        let next = next.or(back);
         self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
@@ -173,7 +187,7 @@ struct RegimeFlight<'a> {
     /// The motion left over, in its modal pairs.
     modal_state: ModalState,
     /// The orders of the roots of the gaps, and of the contact forces, as far as known.
-    orders: &'a [usize],
+    orders: &'a RootOrders,
 }
 
 impl RegimeFlight<'_> {
@@ -190,7 +204,7 @@ impl RegimeFlight<'_> {
         let mut search = ContactSearch::new(flow, rows);
         search.evaluate(&state);
         let order = |(place, guard): (usize, &Guard)| {
-            let known = self.orders[guard.element];
+            let known = self.orders.of(*guard);
             if guard.is_gap() {
                 return known;
             }
@@ -212,7 +226,7 @@ impl RegimeFlight<'_> {
             let guard = guards[graze.stop];
             let sharpened = || graze.sharpened(flow, search.gap(graze.stop), &state, span);
             let stop = guard.element;
-            guard.is_gap().then(|| Grazed {
+            guard.is_clearance().then(|| Grazed {
                 stop,
                 ..sharpened()
             })
@@ -243,6 +257,9 @@ fn watched<H: LinearFlow>(
     flow.norms(state, &mut norms);
     let row = |(guard, quantity): (Guard, &Quantity)| {
         let row = flow.gap_row(quantity);
+        if guard.kind == GuardKind::Approach {
+            return Some((guard, row.that_may_settle()));
+        }
         if guard.is_gap() {
             return Some((guard, row));
         }

@@ -1,6 +1,7 @@
 //! Exact flights: a linear scene moved in closed form from contact to contact (theory 8), with the traits of `hybrid/system.rs`:
 //! gaps and their margins, the impact of one stop, chatter completed.
 
+use super::compliant_elements::CompliantElements;
 use super::flight_sampler::FlightSampler;
 use crate::error::Result;
 use crate::event::first_root::{FirstEvent, FirstRoot};
@@ -8,10 +9,11 @@ use crate::event::next::{ContactSearch, Grazed};
 use crate::event::walk::STEPS_PER_REACH_CHECK;
 use crate::flow::characteristic_length::{Tolerances, part_of};
 use crate::flow::steps::Tolerance;
-use crate::flow::{LinearFlow, ModalScene, RegimeMotion, TimedScene, along};
+use crate::flow::{GuardDerivatives, LinearFlow, ModalScene, RegimeMotion, TimedScene, along};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
@@ -65,6 +67,8 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) regimes: Vec<Arc<RegimeMotion>>,
     /// The one that holds now.
     pub(super) regime_motion: Option<Arc<RegimeMotion>>,
+    /// What elements that give way do to the others.
+    pub(super) compliant: CompliantElements,
 }
 
 impl<'a, F: LinearFlow> ClosedForm<'a, F> {
@@ -87,6 +91,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             allowed: vec![0.0; scene.n_stops()],
             regimes: Vec::new(),
             regime_motion: None,
+            compliant: CompliantElements::new(scene.n_stops()),
             velocity_rows: scene
                 .velocity_rows
                 .iter()
@@ -140,6 +145,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.changed();
         self.clock = self.clock.after(span);
+        self.compliant.relax(span);
         self.set(q, v);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());
@@ -200,7 +206,14 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     fn evaluate_gaps(&mut self) -> Result<()> {
         self.changed();
         self.search.evaluate(&self.state);
+        if let Some(motion) = self.compliant.motion.clone() {
+            self.take_pulls(&motion);
+        }
         Ok(())
+    }
+
+    fn guard_derivatives(&mut self, guard: Guard) -> Result<Option<GuardDerivatives>> {
+        Ok(self.present_guard(guard))
     }
 
     #[inline]
@@ -208,7 +221,7 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
         let known = &self.known[stop];
         known.get().unwrap_or_else(|| {
             let model = self.search.model(stop);
-            let gap = GapState {
+            let mut gap = GapState {
                 gap: model.c[0],
                 // Of the terms that an impact takes it from: those of the model are others, and larger where modes are complex.
                 speed: self.stop_speed(stop) - along(&self.velocity_rows[stop], &self.state),
@@ -216,6 +229,9 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
                 jerk: Some(6.0 * model.c[3]),
                 size: model.size,
             };
+            if let Some(pull) = self.compliant.pull(stop) {
+                (gap.acceleration, gap.jerk) = (pull.acceleration, Some(pull.jerk));
+            }
             known.set(Some(gap));
             gap
         })
@@ -325,7 +341,12 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     fn free_accelerations(&self, stops: &[usize]) -> DVector<f64> {
         let (scene, (q, v)) = (self.scene, self.physical());
         let force = scene.excitation.force(self.moment(), q.len());
-        let acceleration = scene.system.acceleration(&q, &v, &force);
+        let mut acceleration = scene.system.acceleration(&q, &v, &force);
+        for (element, force) in self.pushes() {
+            let GapState { gap, speed, .. } = self.gap(element);
+            let reaction = scene.geometry.reactions.column(element);
+            acceleration.axpy(-force.at(gap, speed), &reaction, 1.0);
+        }
         let pull = |i: usize| -scene.geometry.normals.column(stops[i]).dot(&acceleration);
         let own = |i: usize| scene.stop_motion(stops[i], self.moment())[2];
         DVector::from_fn(stops.len(), |i, _| own(i) + pull(i))
@@ -344,13 +365,25 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
         // Forces that have just become zero one by one are known to the rounding of the motion.
         let size = |&stop: &usize| {
             let modal = self.search.acceleration_size(stop);
-            acceleration_size(system, &normal(stop), &terms).max(modal)
+            let modal = self
+                .compliant
+                .pull(stop)
+                .map_or(modal, |pull| pull.size.max(modal));
+            let pushed = self.pushes().map(|(element, force)| {
+                let give = normal(stop).dot(&geometry.reactions.column(element));
+                give.abs() * force.size_at(self.gap(element).size, self.speed_size(element))
+            });
+            let own = acceleration_size(system, &normal(stop), &terms);
+            (own + pushed.sum::<f64>()).max(modal)
         };
         Ok(stops.iter().map(size).collect())
     }
 
     fn acceleration_lost(&self, stop: usize) -> f64 {
-        self.search.acceleration_lost(stop)
+        let own = self.search.acceleration_lost(stop);
+        self.compliant
+            .pull(stop)
+            .map_or(own, |pull| own.max(pull.lost))
     }
 
     fn gap_derivatives(
@@ -372,7 +405,8 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
-        Ok(6.0 * self.search.model(stop).c[3])
+        let own = 6.0 * self.search.model(stop).c[3];
+        Ok(self.compliant.pull(stop).map_or(own, |pull| pull.jerk))
     }
 
     fn left_at_release(&self) -> f64 {
@@ -437,6 +471,7 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
     }
 
     fn enter(&mut self, regime: &Regime) -> Result<()> {
+        self.enter_compliant(regime)?;
         if regime.is_free() {
             self.regime_motion = None;
             return Ok(());
@@ -510,6 +545,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.changed();
         self.search.restart();
         self.regime_motion = None;
+        self.compliant.forget();
         self.placed.clear();
         self.clock = self.clock.at(t);
         self.set(q, v);
@@ -520,7 +556,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
 
     fn advance_to_event(
         &mut self,
-        orders: &[usize],
+        orders: &RootOrders,
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
@@ -533,7 +569,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         self.grazed.clear();
         let FirstEvent { stop, root } =
             self.search
-                .next(&self.state, orders, span, &mut self.grazed, observer)?;
+                .next(&self.state, orders.gaps(), span, &mut self.grazed, observer)?;
         match root {
             FirstRoot::None => {}
             FirstRoot::Undecided { at: time } => {

@@ -125,7 +125,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             return String::new();
         };
         format!(
-            "; with its `curvature` the search for contacts with stop {stop} looked at {} places, {:.0} times as many as it bends for \
+            "; with its `curvature` the search for contacts with stop {stop} derivatives_at at {} places, {:.0} times as many as it bends for \
              along the motion: give a closer bound, or units in which the coordinates of its gap are of one size",
             cost.places,
             cost.excess()

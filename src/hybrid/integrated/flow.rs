@@ -8,6 +8,7 @@ use crate::flow::characteristic_length::Tolerances;
 use crate::flow::steps::State;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
 use crate::hybrid::recorder::Recorder;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::HybridSystem;
 use crate::law::Regime;
@@ -45,7 +46,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
 
     fn advance_to_event(
         &mut self,
-        orders: &[usize],
+        orders: &RootOrders,
         span: f64,
         last: f64,
         recorder: &mut dyn Recorder,
@@ -53,9 +54,9 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
     ) -> Result<Arrival> {
         let Self { free, system } = self;
         if system.is_free() {
-            return free.advance(system, orders, (span, last), recorder, observer);
+            return free.advance(system, orders.gaps(), (span, last), recorder, observer);
         }
-        system.advance_in_regime(orders, (span, last), recorder, observer)
+        system.advance_in_regime(orders.gaps(), (span, last), recorder, observer)
     }
 
     fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {

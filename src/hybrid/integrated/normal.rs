@@ -3,7 +3,7 @@
 use super::scene::Integrated;
 use crate::error::{Error, Result};
 use crate::flow::steps::{State, Stepper};
-use crate::hybrid::system::{NormalMotion, Present};
+use crate::hybrid::system::{Gaps, NormalMotion, Present};
 use crate::impact::{StopsAt, project, put_onto_stops};
 use crate::law::Regime;
 use crate::model::Dynamics;
@@ -42,6 +42,20 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             *x = *y;
         }
         self.is_begun = false;
+    }
+
+    /// Size of the terms of what the force of a stop that is pressed does to the acceleration of a gap.
+    pub(super) fn push_size(&self, pressed: usize, stop: usize) -> Result<f64> {
+        let (own, value) = (&self.contacts[pressed], self.gaps[pressed]);
+        let Some(force) = own.law.by_state().force() else {
+            return Ok(0.0);
+        };
+        let directions = self.directions(pressed)?;
+        let normal = self.contacts[stop]
+            .surface
+            .normal(&self.x.slice()[..self.n()])?;
+        let give = dot(normal.as_slice(), directions.both().1);
+        Ok(give.abs() * force.size_at(value.size, self.speed_size(pressed)))
     }
 
     /// Some stops at a position.

@@ -6,6 +6,7 @@ use super::scene::{Integrated, parted};
 use crate::error::Result;
 use crate::model::PhysicalState;
 
+use crate::flow::GuardDerivatives;
 use crate::flow::steps::{State, Stepper};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::recorder::Recorder;
@@ -14,13 +15,13 @@ use crate::hybrid::system::{
     Accelerations, Contacts, GapSizes, GapState, Gaps, GivenGap, Holding, NormalMotion, Present,
 };
 use crate::impact::wrapped;
-use crate::law::{Law, Newton, Regime};
+use crate::law::{Guard, Law, Newton, Regime};
 use crate::model::{
     Contact, Dynamics, GapValue, Laws, Surface, System, acceleration_size, are_coupled,
     force_terms, places,
 };
 use crate::quantity::difference;
-use crate::tolerance::{RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
+use crate::tolerance::{GAP_ROUNDING, RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use std::sync::Arc;
@@ -31,7 +32,25 @@ const STEPS_OF_SHORT_FLIGHT: usize = 16;
 impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     fn evaluate_gaps(&mut self) -> Result<()> {
         self.is_begun = false;
-        self.begin(self.dynamics)
+        if self.regime.others().is_empty() {
+            return self.begin(self.dynamics);
+        }
+        // What is held is judged by the motion without it, under the forces of all others.
+        let motion = self.motion_in(&self.regime.holding_instead(&[]));
+        self.begin(&motion)
+    }
+
+    fn guard_derivatives(&mut self, guard: Guard) -> Result<Option<GuardDerivatives>> {
+        let value = self.gaps[guard.element];
+        let slack = TERM_ROUNDINGS * value.size;
+        let bend = GAP_ROUNDING * self.acceleration_sizes(&[guard.element])?[0];
+        let speed = GAP_ROUNDING * self.speed_size(guard.element);
+        Ok(guard.is_gap().then_some([
+            [value.gap, slack],
+            [value.speed, speed],
+            [value.acceleration, bend],
+            [0.0, f64::INFINITY],
+        ]))
     }
 
     fn gap(&self, stop: usize) -> GapState {
@@ -149,8 +168,18 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
         if let System::Linear(system) = self.scene.system() {
             let sizes = self.excitation.sizes(self.moment(), self.n());
             let terms = force_terms(system, &sizes, (&q, &v));
+            let pushed = |stop: usize| -> Result<f64> {
+                let pressed = self
+                    .regime
+                    .pressed()
+                    .map(|other| self.push_size(other, stop));
+                pressed.sum()
+            };
             return normals
-                .map(|normal| Ok(acceleration_size(system, &normal?, &terms)))
+                .zip(stops)
+                .map(|(normal, &stop)| {
+                    Ok(acceleration_size(system, &normal?, &terms) + pushed(stop)?)
+                })
                 .collect();
         }
         // Of the terms of an acceleration given by a function nobody knows: they are as large as those of other coordinates.
@@ -181,7 +210,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Accelerations for Integrated<'_, S, D
     }
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
-        self.jerk(stop, Regime::free()).map(|[jerk, _]| jerk)
+        let regime = self.regime.holding_instead(&[]);
+        self.jerk(stop, &regime).map(|[jerk, _]| jerk)
     }
 
     fn left_at_release(&self) -> f64 {

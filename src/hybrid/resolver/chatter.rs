@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::{GapState, HybridSystem};
 use crate::impact::CompleteChatter;
+use crate::law::GuardKind;
 use crate::model::impulses_of;
 use crate::tolerance::{CHATTER_SAFETY, GAP_ROUNDING, LOST_FLIGHT, SPEED_ROUNDING};
 use nalgebra::DVector;
@@ -66,7 +67,7 @@ impl Resolver {
             return Ok(false);
         }
         let others = (0..system.n_stops()).filter(|&stop| stop != reached);
-        stay_open(system, (reached, chatter), others)
+        self.stay_open(system, (reached, chatter), others)
     }
 
     /// Whether each stop that is approached is struck for the last time, as the flight after it would rise by no more than rounding
@@ -199,7 +200,7 @@ impl Resolver {
         let open = (0..system.n_stops()).filter(|other| !self.touching.contains(other));
         let stays = chatter.acceleration < 0.0
             && self.push_with(system, stop)?
-            && stay_open(system, (stop, chatter), open)?;
+            && self.stay_open(system, (stop, chatter), open)?;
         Ok(stays.then(|| chatter.span()))
     }
 
@@ -211,6 +212,34 @@ impl Resolver {
         let impulses = impulses_of(&system.delassus(&all)?, &speeds)?;
         Ok(impulses.iter().all(|impulse| *impulse >= 0.0))
     }
+
+    /// Whether other stops stay as they are while impacts on one accumulate, whatever their impulses, and what is left of the gap, do to them:
+    /// open, or pressed as far as their approach alone ends that.
+    fn stay_open<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        (reached, chatter): (usize, CompleteChatter),
+        mut others: impl Iterator<Item = usize>,
+    ) -> Result<bool> {
+        let span = chatter.span();
+        let stays = |stop: usize| -> Result<bool> {
+            let state = self.regime.state(stop);
+            let sign = match system.element_law(stop).by_state().guards(state) {
+                [GuardKind::Gap] => 1.0,
+                [GuardKind::Approach] => -1.0,
+                _ => return Ok(false),
+            };
+            let other = system.gap(stop);
+            let coupling = system.delassus(&[reached, stop])?;
+            let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
+            let drift = (sign * other.speed).min(0.0) + chatter.kick(share);
+            let pull = (sign * other.acceleration).min(0.0);
+            let bend = 0.5 * span * (pull - span * other.jerk.unwrap_or(0.0).abs());
+            let left = sign * other.gap + span * (drift + bend);
+            Ok(left - CHATTER_SAFETY * share * chatter.residual() > 0.0)
+        };
+        others.try_fold(true, |all, stop| Ok(all && stays(stop)?))
+    }
 }
 
 /// The impacts on a stop that is about to be struck, if they accumulate.
@@ -221,23 +250,4 @@ fn chatter_at<Y: HybridSystem + ?Sized>(system: &Y, stop: usize) -> CompleteChat
         speed: state.speed,
         acceleration: state.acceleration,
     }
-}
-
-/// Whether other stops stay open while impacts on one accumulate, whatever their impulses, and what is left of the gap, do to them.
-fn stay_open<Y: HybridSystem + ?Sized>(
-    system: &Y,
-    (reached, chatter): (usize, CompleteChatter),
-    mut others: impl Iterator<Item = usize>,
-) -> Result<bool> {
-    let span = chatter.span();
-    let stays = |stop: usize| -> Result<bool> {
-        let other = system.gap(stop);
-        let coupling = system.delassus(&[reached, stop])?;
-        let share = coupling[(1, 0)].abs() / coupling[(0, 0)];
-        let drift = other.speed.min(0.0) + chatter.kick(share);
-        let bend =
-            0.5 * span * (other.acceleration.min(0.0) - span * other.jerk.unwrap_or(0.0).abs());
-        Ok(other.gap + span * (drift + bend) - CHATTER_SAFETY * share * chatter.residual() > 0.0)
-    };
-    others.try_fold(true, |all, stop| Ok(all && stays(stop)?))
 }

@@ -6,7 +6,6 @@ use super::resting::{Resting, carriers, depend, is_bound};
 use super::strike::take;
 use super::{Resolved, Resolver, Unresolved, least_speed};
 use crate::event::next::LATE;
-use crate::law::Regime;
 
 use crate::error::Result;
 use crate::hybrid::system::{GapState, HybridSystem};
@@ -19,7 +18,7 @@ use std::collections::VecDeque;
 impl Resolver {
     /// Decides whether each stop in contact opens, with a root of some order, or is held.
     pub(super) fn settle<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Resolved {
-        self.root_orders.fill(0);
+        self.root_orders.clear();
         for (stop, size) in self.sizes.iter_mut().enumerate() {
             *size = size.max(system.gap(stop).size);
         }
@@ -84,10 +83,10 @@ impl Resolver {
         }
         self.held.clear();
         self.zero_speed.clear();
-        self.root_orders.fill(0);
+        self.root_orders.clear();
         if !self.is_spared(system, &resting, stop)? {
             self.held.clear();
-            self.root_orders.fill(0);
+            self.root_orders.clear();
             if let Err(unresolved) = self.hold_or_open(system, &resting, true)? {
                 return Ok(Err(unresolved));
             }
@@ -274,7 +273,7 @@ impl Resolver {
                 };
                 let (stops, held) = (resting.stops_of(&undecided), resting.stops_of(&held));
                 known = system
-                    .gap_derivatives(&stops, &Regime::holding(held), order..end)?
+                    .gap_derivatives(&stops, &self.regime.holding_instead(&held), order..end)?
                     .into();
             }
             let Some(mut derivatives) = known.pop_front() else {

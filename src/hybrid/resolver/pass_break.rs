@@ -15,10 +15,21 @@ impl Resolver {
         recorder: &mut R,
     ) -> Resolved {
         system.set_time(at);
+        self.zeros.clear();
+        let resolved = self.judge_at_break(system, recorder)?;
+        self.settle_compliant(system, resolved, recorder)
+    }
+
+    /// Judges what is in contact there.
+    fn judge_at_break<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        recorder: &mut R,
+    ) -> Resolved {
         self.find_touching(system)?;
         let is_held_alone = self.touching == self.held;
         if self.touching.is_empty() {
-            self.root_orders.fill(0);
+            self.root_orders.clear();
             recorder.continue_segment();
             return Ok(Ok(()));
         }
@@ -33,7 +44,7 @@ impl Resolver {
     }
 
     /// The stops in contact: those held, those that these keep closed, and those that are closed to rounding.
-    fn find_touching<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Result<()> {
+    pub(super) fn find_touching<Y: HybridSystem + ?Sized>(&mut self, system: &mut Y) -> Result<()> {
         system.evaluate_gaps()?;
         self.touching.clear();
         self.zero_speed.clear();

@@ -4,7 +4,6 @@ use super::Resolver;
 use super::resting::Resting;
 use crate::error::Result;
 use crate::hybrid::system::HybridSystem;
-use crate::law::Regime;
 use crate::tolerance::{GAP_ROUNDING, IMPACT_ROUNDING, TIME_ROUNDING};
 
 impl Resolver {
@@ -19,7 +18,7 @@ impl Resolver {
         let (stops, held) = (resting.stops_of(contacts), resting.stops_of(held));
         // Where nothing changes, the motion before had the accelerations of the motion to come.
         let rates = if held == self.were_held {
-            system.gap_derivatives(&stops, &Regime::holding(held), 3..4)?
+            system.gap_derivatives(&stops, &self.regime.holding_instead(&held), 3..4)?
         } else {
             Vec::new()
         };
@@ -62,7 +61,7 @@ impl Resolver {
             let jerks = jerks.collect::<Result<_>>()?;
             vec![accelerations.iter().map(|&a| [a, 0.0]).collect(), jerks]
         } else {
-            system.gap_derivatives(stops, &Regime::holding(held), order..order + 2)?
+            system.gap_derivatives(stops, &self.regime.holding_instead(held), order..order + 2)?
         };
         for &(stop, impulse) in &self.impulses {
             system.push(stop, impulse)?;

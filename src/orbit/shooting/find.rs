@@ -171,6 +171,7 @@ fn begun_in_order(
     n_periods: Option<usize>,
     pattern: Option<&Pattern>,
 ) -> Result<(Scene, Signature, ShootingState)> {
+    scene.check_stops_are_rigid("find_orbit")?;
     scene.check_period("find_orbit")?;
     check_periods(scene, n_periods)?;
     let start = match pattern {

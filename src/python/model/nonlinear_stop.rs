@@ -5,6 +5,7 @@ use crate::model::{GapFunction, NonlinearStop};
 use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::callable::{CallSite, Callable, is_equal, name_of, position};
+use crate::python::model::law::{law, named_law, out_law, restitution_of, shown_law};
 use crate::python::model::reaction::{out_reaction, reaction};
 use crate::python::model::stop_motion::{motion, out_motion, shown_motion};
 use pyo3::exceptions::PyTypeError;
@@ -49,8 +50,10 @@ impl GapFunction for PyGap {
 ///     ``h(q)``: the gap, twice continuously differentiable; negative inside the stop.
 /// gradient : callable
 ///     ``f(q)``: its gradient, shape (n,).
-/// restitution : float
-///     Restitution coefficient [-], in [0, 1].
+/// restitution : float, optional
+///     Restitution coefficient [-], in [0, 1], of a rigid stop.
+/// contact : Newton or Spring, optional
+///     The law of contact, as in ``Stop``; one of ``restitution`` and ``contact`` is needed.
 /// curvature : float, optional
 ///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met and a little inside the stop: makes the
 ///     search certain.
@@ -112,17 +115,18 @@ impl PyNonlinearStop {
 #[pymethods]
 impl PyNonlinearStop {
     #[new]
-    #[pyo3(signature = (*arguments, **named), text_signature = "(gap, gradient, restitution, *, curvature=None, reaction=None, motion=None)")]
+    #[pyo3(signature = (*arguments, **named), text_signature = "(gap, gradient, restitution=None, *, contact=None, curvature=None, reaction=None, motion=None)")]
     fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         answered(arguments, named)
     }
 
     #[staticmethod]
-    #[pyo3(name = "_made", signature = (gap, gradient, restitution, *, curvature=None, reaction=None, motion=None))]
+    #[pyo3(name = "_made", signature = (gap, gradient, restitution=None, *, contact=None, curvature=None, reaction=None, motion=None))]
     fn made(
         gap: &Bound<'_, PyAny>,
         gradient: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::restitution)] restitution: Option<f64>,
+        contact: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = argument::curvature)] curvature: Option<f64>,
         reaction: Option<&Bound<'_, PyAny>>,
         motion: Option<&Bound<'_, PyAny>>,
@@ -131,8 +135,8 @@ impl PyNonlinearStop {
             gap: Callable::new("gap", gap)?,
             gradient: Callable::new("gradient", gradient)?,
         };
-        let stop =
-            NonlinearStop::new(function, restitution)?.with_reaction(self::reaction(reaction)?)?;
+        let law = law(restitution, contact)?;
+        let stop = NonlinearStop::new(function, law)?.with_reaction(self::reaction(reaction)?)?;
         let stop = stop.with_motion(self::motion(motion)?);
         Ok(Self(match curvature {
             Some(curvature) => stop.with_curvature(curvature)?,
@@ -152,10 +156,16 @@ impl PyNonlinearStop {
         Ok(self.parts()?.gradient.function.clone_ref(py))
     }
 
-    /// Restitution coefficient [-].
+    /// Restitution coefficient [-], None of a stop that gives way.
     #[getter]
-    fn restitution(&self) -> f64 {
-        self.0.restitution().value()
+    fn restitution(&self) -> Option<f64> {
+        restitution_of(self.0.contact())
+    }
+
+    /// The law of contact.
+    #[getter]
+    fn contact(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        out_law(py, self.0.contact())
     }
 
     /// Bound on the gap's second derivative, or None.
@@ -186,10 +196,10 @@ impl PyNonlinearStop {
             .curvature()
             .map_or_else(String::new, |c| format!(", curvature={c}"));
         Ok(format!(
-            "NonlinearStop({}, {}, restitution={}{curvature}, reaction={}{})",
+            "NonlinearStop({}, {}, {}{curvature}, reaction={}{})",
             name_of(py, &parts.gap.function)?,
             name_of(py, &parts.gradient.function)?,
-            self.restitution(),
+            shown_law(py, self.0.contact())?,
             self.reaction(py)?.repr()?,
             shown_motion(py, self.0.motion())?
         ))
@@ -198,14 +208,12 @@ impl PyNonlinearStop {
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<((Py<PyAny>, Py<PyAny>, f64), Bound<'py, PyDict>)> {
+    ) -> PyResult<((Py<PyAny>, Py<PyAny>, Option<f64>), Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         options.set_item("curvature", self.curvature())?;
         options.set_item("reaction", self.reaction(py)?)?;
         options.set_item("motion", self.motion(py)?)?;
-        Ok((
-            (self.gap(py)?, self.gradient(py)?, self.restitution()),
-            options,
-        ))
+        let restitution = named_law(self.0.contact(), &options)?;
+        Ok(((self.gap(py)?, self.gradient(py)?, restitution), options))
     }
 }

@@ -170,6 +170,12 @@ impl PyScene {
         out_forcing(py, self.0.forcing())
     }
 
+    /// Names of its contact elements, in the order of the states of a regime: "stop[0]" and so on.
+    #[getter]
+    fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.0.elements())
+    }
+
     /// The stops, a tuple.
     #[getter]
     fn stops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {

@@ -5,6 +5,7 @@ use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::array::{matrix, out_vector};
 use crate::python::model::bad;
+use crate::python::model::law::{law, named_law, out_law, restitution_of, shown_law};
 use crate::python::model::nonlinear_stop::PyNonlinearStop;
 use crate::python::model::normal::normal;
 use crate::python::model::reaction::{out_reaction, reaction};
@@ -33,8 +34,10 @@ fn side(value: &str) -> PyResult<Side> {
 ///     Index of a coordinate, counted from 0, or the normal n itself, of any length but zero.
 /// clearance : float
 ///     Gap at q = 0; negative: preloaded.
-/// restitution : float
-///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1].
+/// restitution : float, optional
+///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1]: of a rigid stop.
+/// contact : Newton or Spring, optional
+///     The law of contact: what happens where the gap closes. One of ``restitution`` and ``contact`` is needed.
 /// side : {"upper", "lower"}, default "upper"
 ///     On which side of the motion the stop stands.
 /// reaction : {"inertia", "coordinate"} or array_like, shape (n,), default "inertia"
@@ -68,22 +71,24 @@ pub(crate) struct PyStop(pub Stop);
 #[pymethods]
 impl PyStop {
     #[new]
-    #[pyo3(signature = (*arguments, **named), text_signature = "(normal, clearance, restitution, *, side=\"upper\", reaction=None, motion=None)")]
+    #[pyo3(signature = (*arguments, **named), text_signature = "(normal, clearance, restitution=None, *, contact=None, side=\"upper\", reaction=None, motion=None)")]
     fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         answered(arguments, named)
     }
 
     #[staticmethod]
-    #[pyo3(name = "_made", signature = (normal, clearance, restitution, *, side="upper", reaction=None, motion=None))]
+    #[pyo3(name = "_made", signature = (normal, clearance, restitution=None, *, contact=None, side="upper", reaction=None, motion=None))]
     fn made(
         normal: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::clearance)] clearance: f64,
-        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::restitution)] restitution: Option<f64>,
+        contact: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = argument::side)] side: &str,
         reaction: Option<&Bound<'_, PyAny>>,
         motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let stop = Stop::new(self::normal("normal", normal)?, clearance, restitution)?;
+        let law = law(restitution, contact)?;
+        let stop = Stop::new(self::normal("normal", normal)?, clearance, law)?;
         let stop = stop
             .on_side(self::side(side)?)
             .with_reaction(self::reaction(reaction)?)?;
@@ -105,10 +110,16 @@ impl PyStop {
         self.0.clearance()
     }
 
-    /// Restitution coefficient [-].
+    /// Restitution coefficient [-], None of a stop that gives way.
     #[getter]
-    fn restitution(&self) -> f64 {
-        self.0.restitution().value()
+    fn restitution(&self) -> Option<f64> {
+        restitution_of(self.0.contact())
+    }
+
+    /// The law of contact.
+    #[getter]
+    fn contact(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        out_law(py, self.0.contact())
     }
 
     /// "upper" or "lower".
@@ -138,10 +149,10 @@ impl PyStop {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!(
-            "Stop({}, clearance={}, restitution={}, side='{}', reaction={}{})",
+            "Stop({}, clearance={}, {}, side='{}', reaction={}{})",
             self.normal(py)?.repr()?,
             self.clearance(),
-            self.restitution(),
+            shown_law(py, self.0.contact())?,
             self.side(),
             self.reaction(py)?.repr()?,
             shown_motion(py, self.0.motion())?
@@ -151,15 +162,13 @@ impl PyStop {
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<((Bound<'py, PyAny>, f64, f64), Bound<'py, PyDict>)> {
+    ) -> PyResult<((Bound<'py, PyAny>, f64, Option<f64>), Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         options.set_item("reaction", self.reaction(py)?)?;
         options.set_item("motion", self.motion(py)?)?;
-        Ok((
-            (self.normal(py)?, self.clearance(), self.restitution()),
-            options,
-        ))
+        let restitution = named_law(self.0.contact(), &options)?;
+        Ok(((self.normal(py)?, self.clearance(), restitution), options))
     }
 }
 
@@ -171,8 +180,10 @@ impl PyStop {
 ///     The bob, counted from 0.
 /// position : float
 ///     Horizontal position of the wall (in units of ``l1`` for ``DoublePendulum``).
-/// restitution : float
-///     Restitution coefficient [-], in [0, 1].
+/// restitution : float, optional
+///     Restitution coefficient [-], in [0, 1], of a rigid wall.
+/// contact : Newton or Spring, optional
+///     The law of contact, as in ``Stop``; one of ``restitution`` and ``contact`` is needed.
 /// side : {"right", "left"}, default "right"
 ///     On which side of the bob the wall stands.
 /// motion : Harmonic, Fourier or signal, optional
@@ -189,17 +200,18 @@ pub(crate) struct PyWall(pub Wall);
 #[pymethods]
 impl PyWall {
     #[new]
-    #[pyo3(signature = (*arguments, **named), text_signature = "(bob, position, restitution, *, side=\"right\", motion=None)")]
+    #[pyo3(signature = (*arguments, **named), text_signature = "(bob, position, restitution=None, *, contact=None, side=\"right\", motion=None)")]
     fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         answered(arguments, named)
     }
 
     #[staticmethod]
-    #[pyo3(name = "_made", signature = (bob, position, restitution, *, side="right", motion=None))]
+    #[pyo3(name = "_made", signature = (bob, position, restitution=None, *, contact=None, side="right", motion=None))]
     fn made(
         bob: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = argument::position)] position: f64,
-        #[pyo3(from_py_with = argument::restitution)] restitution: f64,
+        #[pyo3(from_py_with = argument::restitution)] restitution: Option<f64>,
+        contact: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = argument::side)] side: &str,
         motion: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -212,7 +224,8 @@ impl PyWall {
                 )));
             }
         };
-        let wall = Wall::new(stop_index("bob", bob)?, position, restitution, side)?;
+        let law = law(restitution, contact)?;
+        let wall = Wall::new(stop_index("bob", bob)?, position, law, side)?;
         Ok(Self(wall.with_motion(self::motion(motion)?)))
     }
 
@@ -228,10 +241,16 @@ impl PyWall {
         self.0.position()
     }
 
-    /// Restitution coefficient [-].
+    /// Restitution coefficient [-], None of a wall that gives way.
     #[getter]
-    fn restitution(&self) -> f64 {
-        self.0.restitution().value()
+    fn restitution(&self) -> Option<f64> {
+        restitution_of(self.0.contact())
+    }
+
+    /// The law of contact.
+    #[getter]
+    fn contact(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        out_law(py, self.0.contact())
     }
 
     /// "right" or "left".
@@ -255,10 +274,10 @@ impl PyWall {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!(
-            "Wall(bob={}, position={}, restitution={}, side='{}'{})",
+            "Wall(bob={}, position={}, {}, side='{}'{})",
             self.bob(),
             self.position(),
-            self.restitution(),
+            shown_law(py, self.0.contact())?,
             self.side(),
             shown_motion(py, self.0.motion())?
         ))
@@ -267,11 +286,12 @@ impl PyWall {
     fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<((usize, f64, f64), Bound<'py, PyDict>)> {
+    ) -> PyResult<((usize, f64, Option<f64>), Bound<'py, PyDict>)> {
         let options = PyDict::new(py);
         options.set_item("side", self.side())?;
         options.set_item("motion", self.motion(py)?)?;
-        Ok(((self.bob(), self.position(), self.restitution()), options))
+        let restitution = named_law(self.0.contact(), &options)?;
+        Ok(((self.bob(), self.position(), restitution), options))
     }
 }
 

@@ -107,7 +107,7 @@ REST = (
         RESOLVER,
         "            Outcome::Release => match self.struck_beside(system) {",
         f"            _ => {NEVER},\n",
-        "        }\n    }\n\n    /// The regime of all elements.",
+        "        };\n        self.settle_compliant(system, resolved?, recorder)",
     ),
     Change(
         EXACT, "        if let Some(motion) = &self.regime_motion {", "", "        self.grazed.clear();\n        let FirstEvent"

@@ -1,0 +1,115 @@
+//! What elements that give way do to a linear scene in motion: the accelerations of the gaps under their forces, their guards, the places of
+//! those that relax.
+
+use super::compliant_elements::{GapPull, RelaxingPlace};
+use super::system::ClosedForm;
+use crate::error::Result;
+use crate::flow::{GuardDerivatives, LinearFlow, RegimeMotion, derivatives_at};
+use crate::hybrid::system::{Gaps, Present};
+use crate::law::{Action, ElementState, Guard, GuardKind, LinearForce, Regime};
+use crate::modal::ModalState;
+use crate::quantity::larger;
+use crate::tolerance::GAP_ROUNDING;
+
+impl<F: LinearFlow> ClosedForm<'_, F> {
+    /// Takes the elements of a regime that are neither free nor held.
+    pub(super) fn enter_compliant(&mut self, regime: &Regime) -> Result<()> {
+        if regime.others().is_empty() {
+            self.compliant.forget();
+            return Ok(());
+        }
+        self.compliant.motion = Some(self.motion_in(&regime.holding_instead(&[]))?);
+        let places = &mut self.compliant.places;
+        places.retain(|own| regime.state(own.element) == ElementState::Relaxing);
+        for element in regime.in_state(ElementState::Relaxing) {
+            let law = self.scene.geometry.laws[element].by_state();
+            let is_new = self
+                .compliant
+                .places
+                .iter()
+                .all(|own| own.element != element);
+            if let Some(relaxation) = law.relaxation(ElementState::Relaxing).filter(|_| is_new) {
+                let own = RelaxingPlace {
+                    element,
+                    relaxation,
+                    place: -self.gap(element).gap,
+                    left: relaxation.duration(),
+                };
+                self.compliant.places.push(own);
+            }
+        }
+        Ok(())
+    }
+
+    /// The forces of the elements that are pressed.
+    pub(super) fn pushes(&self) -> impl Iterator<Item = (usize, LinearForce)> + '_ {
+        let regime = self.compliant.motion.as_ref().map(|motion| &motion.regime);
+        let others = regime.map_or(&[][..], Regime::others).iter();
+        others.filter_map(|&(element, state)| {
+            match self.scene.geometry.laws[element].by_state().action(state) {
+                Action::Force(force) => Some((element, force)),
+                _ => None,
+            }
+        })
+    }
+
+    /// The state in the modes of a regime, with the places of the elements that relax.
+    fn reduced(&self, motion: &RegimeMotion) -> ModalState {
+        let ((q, v), at) = (self.physical(), self.moment());
+        motion.with_places(motion.reduce(&q, &v, at), |element| {
+            self.compliant.place(element)
+        })
+    }
+
+    /// Takes the accelerations of all gaps beside the elements that are pressed.
+    pub(super) fn take_pulls(&mut self, motion: &RegimeMotion) {
+        let (state, at) = (self.reduced(motion), self.moment());
+        self.compliant.pulls.fill(None);
+        for (guard, quantity) in motion.guards() {
+            let sign = match guard.kind {
+                GuardKind::Gap => 1.0,
+                GuardKind::Approach => -1.0,
+                _ => continue,
+            };
+            let derivatives = motion.derivatives(quantity, (&state, at));
+            let [_, _, [bend, _], [jerk, _]] = derivatives.derivatives;
+            self.compliant.pulls[guard.element] = Some(GapPull {
+                acceleration: sign * bend,
+                jerk: sign * jerk,
+                size: derivatives.bend_size,
+                lost: derivatives.bend_lost,
+            });
+        }
+    }
+
+    /// A guard of the present regime; `None` of one that cannot change.
+    pub(super) fn present_guard(&self, guard: Guard) -> Option<GuardDerivatives> {
+        let at = self.moment();
+        let Some(motion) = &self.regime_motion else {
+            let state = self.modal_state(&self.state);
+            let gap = self.scene.gap(guard.element);
+            return Some(derivatives_at(self.flow, &gap, (&state, at)).derivatives);
+        };
+        let (_, quantity) = motion.guards().find(|own| own.0 == guard)?;
+        let mut derivatives = motion
+            .derivatives(quantity, (&self.reduced(motion), at))
+            .derivatives;
+        // The state has the rounding of the modes in which it is kept, whatever it is in those of the regime.
+        let (gap, speed) = (
+            self.rounding(guard.element),
+            GAP_ROUNDING * self.speed_size(guard.element),
+        );
+        let law = self.scene.geometry.laws[guard.element].by_state();
+        let unknown = match law.force().filter(|_| guard.kind.has_speeds()) {
+            Some(force) => [
+                force.size_at(gap, speed) - force.preload,
+                force.stiffness * speed,
+            ],
+            None => [gap, speed],
+        };
+        for (derivative, unknown) in derivatives.iter_mut().zip(unknown) {
+            derivative[1] = larger(derivative[1], unknown);
+        }
+        Some(derivatives)
+    }
+}

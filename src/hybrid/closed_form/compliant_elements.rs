@@ -1,0 +1,82 @@
+//! What is known of the elements that give way while a linear scene moves: what they do to the others, and the places of those that relax.
+
+use crate::flow::RegimeMotion;
+use crate::law::Relaxation;
+use std::sync::Arc;
+
+/// The acceleration of a gap where nothing is held, under the forces of the elements that are pressed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GapPull {
+    pub acceleration: f64,
+    pub jerk: f64,
+    /// The size of the terms of the acceleration, and what the forcing's part leaves unknown of it.
+    pub size: f64,
+    pub lost: f64,
+}
+
+/// The place of an element that relaxes, and the time after which it is back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RelaxingPlace {
+    pub element: usize,
+    pub relaxation: Relaxation,
+    pub place: f64,
+    pub left: f64,
+}
+
+/// What elements that give way do to the others.
+pub(super) struct CompliantElements {
+    /// The motion without what is held, where that is not the free one.
+    pub motion: Option<Arc<RegimeMotion>>,
+    pub pulls: Vec<Option<GapPull>>,
+    pub places: Vec<RelaxingPlace>,
+}
+
+impl CompliantElements {
+    /// Nothing, of so many stops.
+    pub fn new(n_stops: usize) -> Self {
+        Self {
+            motion: None,
+            pulls: vec![None; n_stops],
+            places: Vec::new(),
+        }
+    }
+
+    /// That all are free.
+    pub fn forget(&mut self) {
+        if self.motion.take().is_some() {
+            self.pulls.fill(None);
+            self.places.clear();
+        }
+    }
+
+    /// The acceleration of a gap, where it is not the free one.
+    #[inline]
+    pub fn pull(&self, stop: usize) -> Option<&GapPull> {
+        self.motion.as_ref()?;
+        self.pulls[stop].as_ref()
+    }
+
+    /// Lets those that relax do so for a time.
+    #[inline]
+    pub fn relax(&mut self, span: f64) {
+        for own in &mut self.places {
+            own.place *= own.relaxation.left(span);
+            own.left -= span;
+        }
+    }
+
+    /// The place of an element that relaxes.
+    pub fn place(&self, element: usize) -> f64 {
+        let own = self.places.iter().find(|own| own.element == element);
+        own.map_or(0.0, |own| own.place)
+    }
+
+    /// The element that is back first, and when.
+    pub fn first_back(&self) -> Option<(usize, f64)> {
+        let times = self
+            .places
+            .iter()
+            .map(|own| (own.element, own.left.max(0.0)));
+        times.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}

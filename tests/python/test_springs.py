@@ -1,0 +1,160 @@
+"""Stops that give way, as Python has them."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import vibroimpact as vi
+
+OSCILLATOR = vi.LinearSystem(1.0, 0.1, 1.0)
+FORCE = vi.Harmonic([1.0], 0.8)
+
+
+def between(release, *more):
+    """Return an oscillator between two stops that give way."""
+    upper = vi.Stop(0, 0.5, contact=vi.Spring(20, 0.5, release=release))
+    lower = vi.Stop(0, 0.9, contact=vi.Spring(35, 0.5, release=release), side="lower")
+    return vi.Scene(OSCILLATOR, FORCE, [upper, lower, *more])
+
+
+@pytest.mark.parametrize("release", ["gap", "force", "clipped"])
+class TestARun:
+    """A run with stops that give way."""
+
+    def test_the_tables_fit_each_other(self, release):
+        """Contacts are the stretches along which a stop is pressed, and the energy adds up."""
+        run = vi.simulate(between(release, vi.Stop(0, 0.62, 0.6)), 0.0, 0.3, (0, 20))
+        contacts, regimes = run.contacts, run.regimes
+        soft = contacts[contacts["stop"] < 2]
+        assert len(soft) == run.stats.n_contacts
+        assert regimes["state"].shape == (len(regimes), 3)
+        assert run.scene.elements == ("stop[0]", "stop[1]", "stop[2]")
+        for stop in (0, 1):
+            pressed = regimes[regimes["state"][:, stop] == "pressed"]
+            total = (pressed["end"] - pressed["start"]).sum()
+            own = soft[soft["stop"] == stop]
+            last = np.nan_to_num(own["end"], nan=20.0)
+            assert (last - own["start"]).sum() == pytest.approx(total, rel=1e-12)
+            assert own["impulse"].sum() == pytest.approx(run.impulse(stop), rel=1e-12)
+        assert (contacts["peak_force"] == np.inf).sum() == len(run.impacts)
+        energy = run.energy
+        assert np.abs(energy.balance).max() < 1e-13
+        lost = energy.impact_loss[-1] + energy.contact_loss[-1]
+        assert contacts["loss"].sum() == pytest.approx(lost, rel=1e-11)
+        force = run.contact_force(0, soft["start"][0] + 0.1)
+        assert 0.0 < force <= soft["peak_force"][0]
+
+    def test_it_is_pickled_and_saved(self, release, tmp_path):
+        """What is read is what was written; the file has a format of its own."""
+        run = vi.simulate(between(release), 0.0, 0.3, (0, 20))
+        run.save(tmp_path / "run.npz")
+        for again in (pickle.loads(pickle.dumps(run)), vi.load(tmp_path / "run.npz")):
+            assert np.array_equal(again.contacts, run.contacts)
+            assert np.array_equal(again.regimes, run.regimes)
+            assert again.stats == run.stats or again.stats.n_contacts == run.stats.n_contacts
+            assert again.scene == run.scene
+
+    def test_other_units_of_length_give_the_same_bits(self, release):
+        """A scene whose lengths are a power of two times as long has the same times."""
+        run = vi.simulate(between(release), 0.0, 0.3, (0, 20))
+        size = 2.0**20
+        stops = [vi.Stop(0, size * own.clearance, contact=own.contact, side=own.side) for own in run.scene.stops]
+        long = vi.simulate(vi.Scene(OSCILLATOR, vi.Harmonic([size], 0.8), stops), 0.0, 0.3 * size, (0, 20))
+        assert np.array_equal(long.contacts["start"], run.contacts["start"])
+        assert np.array_equal(long.final[0], size * run.final[0])
+
+    def test_far_from_time_zero_it_is_the_same(self, release):
+        """A run a million units of time later, in the same phase."""
+        run = vi.simulate(between(release), 0.0, 0.3, (0, 20))
+        later = between(release).replace(phase=-0.8e6)
+        far = vi.simulate(later, 0.0, 0.3, (1e6, 1e6 + 20))
+        assert len(far.contacts) == len(run.contacts)
+        assert far.final[0] == pytest.approx(run.final[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+@pytest.mark.parametrize("method", ["dop853", "rk45"])
+def test_steps_and_exact_flights_agree_beside_rigid_stops(method, restitution):
+    """Two coupled masses: a stop that gives way between them, and a rigid one for each, that hold and chatter."""
+    masses = vi.LinearSystem([[1, 0.2], [0.2, 0.7]], [[0.1, -0.03], [-0.03, 0.08]], [[3, -1], [-1, 2]])
+    soft = vi.Stop([0.6, -0.8], 0.1, contact=vi.Spring(200, 1, release="gap"))
+    stops = [soft, vi.Stop(0, 0.3, restitution), vi.Stop(1, 0.2, restitution, side="lower")]
+    scene = vi.Scene(masses, vi.Harmonic([1.0, 2.0], 1.3), stops)
+    exact = vi.simulate(scene, [0, 0], [0.3, 0.2], (0, 20))
+    stepped = vi.simulate(scene, [0, 0], [0.3, 0.2], (0, 20), method=method, rtol=1e-11)
+    assert exact.stats.n_contacts == stepped.stats.n_contacts > 5
+    assert stepped.final[0] == pytest.approx(exact.final[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_a_stop_that_follows_a_signal_gives_way_there(rigid):
+    """Exact flights know the rate of the signal, as steps do."""
+    t = np.linspace(0, 20, 41)
+    motion = CubicSpline(t, 0.1 * np.sin(0.9 * t) * np.exp(-(((t - 10) / 6) ** 2)))
+    stops = [vi.Stop(0, 0.5, contact=vi.Spring(20, 0.5, release="gap"), motion=motion)]
+    stops += [vi.Stop(0, 0.55, 0.7)] if rigid else []
+    scene = vi.Scene(OSCILLATOR, FORCE, stops)
+    exact = vi.simulate(scene, 0.0, 0.3, (0.5, 19.5))
+    stepped = vi.simulate(scene, 0.0, 0.3, (0.5, 19.5), method="dop853", rtol=1e-11)
+    assert len(exact.contacts) == len(stepped.contacts)
+    assert stepped.final[0] == pytest.approx(exact.final[0], abs=1e-9)
+    assert np.abs(exact.energy.balance).max() < 1e-12
+
+
+def test_a_body_that_comes_to_rest_on_an_overdamped_stop_stays():
+    """It comes back to where the gap opens in an infinite time, which takes no time to say."""
+    free = vi.LinearSystem(2.0, 0.0, 0.0)
+    law = vi.Spring.from_restitution(0.0, 1e9, 2.0, release="gap")
+    scene = vi.Scene(free, stops=[vi.Stop(0, 0.5, contact=vi.Spring(1e9, 1.5 * law.damping, release="gap"))])
+    run = vi.simulate(scene, 0.0, 0.8, (0, 1e6))
+    assert run.stats.n_contacts == 1
+    assert run.stats.n_gap_evaluations < 1e5
+    assert run.final[0] == pytest.approx([0.5], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda scene, run: vi.periodic_orbits(scene, [0]), "periodic_orbits"),
+        (lambda scene, run: vi.find_orbit(scene, run), "find_orbit"),
+        (lambda scene, run: vi.lyapunov_exponents(scene, 0.0, 0.3, (0, 100)), "lyapunov_exponents"),
+        (lambda scene, run: vi.bifurcation_diagram(scene, ("frequency", [0.8, 0.9])), "bifurcation_diagram"),
+        (lambda scene, run: vi.find_attractors(scene, [[-1, 1], [-1, 1]]), "find_attractors"),
+        (lambda scene, run: vi.recovery_matrix(scene, [0]), "recovery_matrix"),
+        (lambda scene, run: vi.poincare_points(run), "impacts"),
+        (lambda scene, run: vi.simulate(scene, 0.0, 0.3, (0, 1), derivatives="frequency"), "derivatives"),
+        (lambda scene, run: vi.simulate(scene, 0.0, 0.3, (0, 1), ramp=vi.Ramp("frequency", 0.9, over=1.0)), "ramp"),
+        (lambda scene, run: vi.simulate(between("force"), 0.0, 0.3, (0, 1), method="rk45"), "release"),
+    ],
+)
+def test_what_does_not_take_them_yet_says_so(call, name):
+    """No analysis takes a stop that gives way for a rigid one."""
+    scene = between("gap")
+    run = vi.simulate(scene, 0.0, 0.3, (0, 20))
+    with pytest.raises(ValueError, match=rf"stops\[0\] is Spring.*{name}"):
+        call(scene, run)
+
+
+def test_numbers_of_other_laws_stay():
+    """A restitution is one of rigid stops alone."""
+    mixed = between("gap", vi.Stop(0, 0.7, 0.6))
+    assert [own.restitution for own in mixed.replace(restitution=0.3).stops] == [None, None, 0.3]
+    for call in (lambda: between("gap").replace(restitution=0.3), lambda: mixed.replace(restitution=[0.1, 0.2, 0.3])):
+        with pytest.raises(ValueError, match="Spring"):
+            call()
+    assert mixed.stops[2].contact == vi.Newton(0.6)
+    assert vi.Stop(0, 0.7, contact=vi.Newton(0.6)) == mixed.stops[2]
+
+
+def test_a_dashpot_needs_a_release_and_says_what_each_gives_back():
+    """The error has the restitution of a free body by each."""
+    with pytest.raises(ValueError, match=r'0\.527 by "gap", 0\.572 by "force", 0\.572 by "clipped"'):
+        vi.Spring(1.0, 0.4)
+    law = vi.Spring(1.0, 0.4, release="gap")
+    assert eval(repr(law), {"Spring": vi.Spring}) == law
+    with pytest.raises(ValueError, match=r'release is "open"'):
+        vi.Spring(1.0, 0.4, release="open")
+    with pytest.raises(ValueError, match="preload is 1"):
+        vi.Stop(0, 1.0, contact=vi.Spring(1.0, preload=1.0))
