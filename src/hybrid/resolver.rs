@@ -145,6 +145,8 @@ impl Resolver {
                 None => self.release(system, stop),
             },
             Outcome::Enters(state) => {
+                self.touching.clear();
+                self.zero_speed.clear();
                 self.note_zero(guard, state, true);
                 self.enter_state(system, (stop, state), recorder)
             }

@@ -27,7 +27,15 @@ impl Resolver {
         self.regime = self.regime.with(element, state);
         self.enter(system)?;
         self.impulses.clear();
+        // What the impacts of this instant were about is in contact, though they leave gaps of some roundings, and at rest where they say so.
+        let struck = std::mem::take(&mut self.touching);
+        let still = std::mem::take(&mut self.zero_speed);
         self.find_touching(system)?;
+        for (all, own) in [(&mut self.touching, struck), (&mut self.zero_speed, still)] {
+            let missing = own.into_iter().filter(|stop| !all.contains(stop));
+            let missing: Vec<usize> = missing.collect();
+            all.extend(missing);
+        }
         if self.touching.is_empty() {
             self.root_orders.clear();
             return Ok(Ok(()));
