@@ -366,7 +366,8 @@ impl Guards {
                     GuardKind::Pull => force(-1.0)?,
                     GuardKind::Force | GuardKind::Place => return None,
                 };
-                (can_change || kind == GuardKind::Distance).then_some(WatchedGuard {
+                // An impact may put a force of a stop that gives way where it stays.
+                (can_change || law.restitution().is_none()).then_some(WatchedGuard {
                     guard: Guard { element, kind },
                     quantity,
                     rate,

@@ -38,3 +38,10 @@ def test_random_scenes_move_as_the_twin_says():
         if found:
             wrong.append(f"{SEED} {number}: {found}")
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("number", [477, 849])
+def test_what_an_impact_does_beside_stops_that_give_way(number):
+    """An impact holds one stop, and puts a force on another that cannot move then; and holds one as another begins to push."""
+    case = some_case(101, number)
+    assert disagreement(case.twin, case.q0, case.v0, case.end) is None

@@ -101,7 +101,7 @@ impl Resolver {
             let least = (FACING * system.rounding(stop)).max(system.tolerance(stop, 0.0));
             self.root_orders[stop] == LATE || system.gap(stop).gap <= least
         };
-        system.is_bound(stop) && is_near()
+        system.element_law(stop).is_rigid() && system.is_bound(stop) && is_near()
     }
 
     /// Whether others that a stop depends on carry without it what it carried with them; they are held then.
