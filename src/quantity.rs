@@ -108,6 +108,15 @@ pub(crate) fn positive(argument: &str, value: f64) -> Result<f64> {
     }
 }
 
+/// A finite number that is not below zero, or an error that names the argument.
+pub(crate) fn not_negative(argument: &str, value: f64) -> Result<f64> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    let rule = "it must be finite and not negative";
+    Err(Error::bad_value(argument, value, rule))
+}
+
 /// A vector of `len` finite numbers, or an error that names the argument.
 pub(crate) fn finite_vector(argument: &str, vector: &DVector<f64>, len: usize) -> Result<()> {
     if vector.len() != len {

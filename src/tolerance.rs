@@ -37,8 +37,6 @@ pub(crate) const VALUE_ROUNDING: f64 = 1e-13;
 pub(crate) const SAME_PLACE: f64 = 4.0 * f64::EPSILON;
 /// Rounding of where a growing motion ends, in parts of its size, divided by the factor by which it grows over its flights.
 pub(crate) const CLOSING_ROUNDING: f64 = 1e3 * f64::EPSILON;
-/// The part of an interval to which the place of a largest value is located: the value is known to the square of that.
-pub(crate) const LARGEST_LOCATED: f64 = 1e-8;
 /// Times its decay constant after which the place of an element that goes back to where it was is there, to the last digit.
 pub(crate) const PLACE_FORGOTTEN: f64 = 36.0;
 /// Rounding of the determinant whose zeros are flight times, in parts of the sum of the sizes of its products.

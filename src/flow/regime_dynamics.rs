@@ -1,7 +1,7 @@
 //! The motion of any scene in a regime (theory 9): the contact forces keep their gaps from accelerating.
 
 use crate::error::Result;
-use crate::law::{Action, ElementState, Regime};
+use crate::law::{ElementState, Regime};
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -46,7 +46,7 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         (q, v): (&[f64], &[f64]),
     ) -> Result<Option<f64>> {
         let contact = &self.contacts[element];
-        let Action::Force(force) = contact.law.by_state().action(state) else {
+        let Some(force) = contact.law.by_state().force(state) else {
             return Ok(None);
         };
         let gap = contact.along(|| at, (q, v, v), 0.0)?;

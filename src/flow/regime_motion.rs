@@ -12,7 +12,7 @@ use crate::flow::modal_scene::ModalScene;
 use crate::flow::reduced_system::{Reduced, cleared, in_modes, uncoupled, without_rounding};
 use crate::flow::regime_drive::RegimeDrive;
 use crate::flow::scene_flow::{SceneFlow, with_flow};
-use crate::law::{Action, Guard, GuardKind, LinearForce, Regime, Relaxation};
+use crate::law::{ElementState, Guard, GuardKind, Regime, Relaxation};
 use crate::linalg::rank;
 use crate::modal::{Form, ModalForm, ModalState, Pair};
 use crate::model::{Moment, PhysicalState};
@@ -44,8 +44,8 @@ pub(crate) struct RegimeMotion {
     pub flow: SceneFlow,
     /// The contact force of each stop held, in their order.
     pub forces: Vec<Quantity>,
-    /// The guards that are gaps or approaches, but those that cannot change.
-    gaps: Vec<(Guard, Quantity)>,
+    /// The guards but for contact forces; of stops that do not give way those that can change.
+    others: Vec<(Guard, Quantity)>,
 }
 
 impl RegimeMotion {
@@ -80,7 +80,7 @@ impl RegimeMotion {
             Ok(moved)
         })?;
         carried.act((&stiffness, &damping), &mut drive);
-        for (element, force) in forces_of(scene, regime) {
+        for (element, force) in g.forces(regime) {
             let reaction = g.reactions.column(element).into_owned();
             drive.push(scene.excitation.motion_of(element), force, &reaction);
         }
@@ -101,7 +101,7 @@ impl RegimeMotion {
         };
         let mut guards = Guards::new(scene, regime, &kinematics);
         guards.take_rates(&mut drive);
-        let gaps = guards.with_relaxing(&relaxing);
+        let others = guards.with_relaxing(&relaxing);
         let (forces, directions) = (&drive.turning, &drive.following);
         let takes = inverse * normals.transpose();
         let row = |q: DVector<f64>, v: DVector<f64>| in_modes(&form, &q, &v);
@@ -137,7 +137,7 @@ impl RegimeMotion {
         let flow = drive.flow(&form, &reduced, &load, &relaxing);
         Ok(Self {
             regime: regime.clone(),
-            gaps,
+            others,
             along: &free * &reduced.takes,
             shared,
             equations: OnceLock::new(),
@@ -167,12 +167,12 @@ impl RegimeMotion {
         state
     }
 
-    /// The guards of the regime as quantities of the motion: the contact forces of what is held, and the gaps that can change.
+    /// The guards of the regime as quantities of the motion: the contact forces of what is held, and all others that can fall.
     pub fn guards(&self) -> impl Iterator<Item = (Guard, &Quantity)> {
         let held = self.regime.constrained().iter();
         let forces = held.zip(&self.forces);
         let forces = forces.map(|(&element, force)| (Guard::force(element), force));
-        forces.chain(self.gaps.iter().map(|(guard, gap)| (*guard, gap)))
+        forces.chain(self.others.iter().map(|(guard, own)| (*guard, own)))
     }
 
     /// The equations of the motion, made when first needed.
@@ -180,7 +180,7 @@ impl RegimeMotion {
         let make = || {
             let (system, g) = (&scene.system, &scene.geometry);
             let mut equations = LinearEquations::new(system, Some(&self.along));
-            for (element, force) in forces_of(scene, &self.regime) {
+            for (element, force) in scene.geometry.forces(&self.regime) {
                 let direction = system
                     .mass()
                     .times(&g.reactions.column(element).into_owned());
@@ -214,7 +214,7 @@ impl RegimeMotion {
         if held.amax() > 0.0 {
             all += &self.shared * held;
         }
-        for (stop, force) in forces_of(scene, &self.regime) {
+        for (stop, force) in scene.geometry.forces(&self.regime) {
             let push =
                 force.stiffness * own(stop, order - 2) + force.damping * own(stop, order - 1);
             if push != 0.0 {
@@ -265,9 +265,11 @@ impl RegimeMotion {
         }
     }
 
-    /// Whether the gap of an element cannot change.
+    /// Whether the gap of a rigid element cannot change.
     pub fn fixes_gap(&self, element: usize) -> bool {
-        self.gaps.iter().all(|(guard, _)| guard.element != element)
+        self.others
+            .iter()
+            .all(|(guard, _)| guard.element != element)
     }
 
     /// The rounding of a force for a state in complex modes, which are combinations of all coordinates.
@@ -355,7 +357,7 @@ impl Guards {
             let guards = law.guards(regime.state(element)).iter();
             let guard = guards.filter_map(move |&kind| {
                 let force = |sign: f64| {
-                    let own = law.force()?;
+                    let own = law.force(ElementState::Pressed)?;
                     let quantity = gap.pressed(&speed, own, sign);
                     Some((quantity, Some((gap.clone(), -sign * own.damping))))
                 };
@@ -427,7 +429,7 @@ fn over_mass(scene: &ModalScene, regime: &Regime) -> (DMatrix<f64>, DMatrix<f64>
     let mut stiffness = over(system.stiffness().to_dense());
     let mut damping = over(system.damping().to_dense());
     let mut own = system.solve_mass(&scene.excitation.constant(system.n_dof()));
-    for (element, force) in forces_of(scene, regime) {
+    for (element, force) in g.forces(regime) {
         let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
         let across = reaction * normal.transpose();
         stiffness += &across * force.stiffness;
@@ -436,15 +438,4 @@ fn over_mass(scene: &ModalScene, regime: &Regime) -> (DMatrix<f64>, DMatrix<f64>
         own += reaction * (force.stiffness * clearance - force.preload);
     }
     (stiffness, damping, own)
-}
-
-/// The forces that elements add in a regime.
-fn forces_of(scene: &ModalScene, regime: &Regime) -> impl Iterator<Item = (usize, LinearForce)> {
-    let own = regime.others().iter();
-    own.filter_map(|&(element, state)| {
-        match scene.geometry.laws[element].by_state().action(state) {
-            Action::Force(force) => Some((element, force)),
-            _ => None,
-        }
-    })
 }

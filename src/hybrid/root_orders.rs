@@ -15,14 +15,10 @@ pub(crate) struct RootOrders {
 impl RootOrders {
     /// None at zero, of a scene of so many elements.
     pub fn none(n_elements: usize) -> Self {
-        let by_element = vec![0; n_elements];
-        Self::of_gaps(by_element)
-    }
-
-    /// Those of gaps.
-    pub fn of_gaps(by_element: Vec<usize>) -> Self {
-        let others = Vec::new();
-        Self { by_element, others }
+        Self {
+            by_element: vec![0; n_elements],
+            others: Vec::new(),
+        }
     }
 
     /// Forgets all.

@@ -76,9 +76,12 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn guards(&self, state: ElementState) -> &'static [GuardKind];
     /// What follows where a guard of a state falls through zero.
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome;
-    /// The force that it has where it is pressed, if it has one.
-    fn force(&self) -> Option<LinearForce> {
-        None
+    /// The force that the element has in a state, if it has one of its own.
+    fn force(&self, state: ElementState) -> Option<LinearForce> {
+        match self.action(state) {
+            Action::Force(force) => Some(force),
+            Action::Nothing | Action::Constraint => None,
+        }
     }
     /// How its place goes back in a state, if it does.
     fn relaxation(&self, _state: ElementState) -> Option<Relaxation> {

@@ -33,10 +33,6 @@ impl ContactLaw for Cushion {
         })
     }
 
-    fn force(&self) -> Option<LinearForce> {
-        Some(self.0)
-    }
-
     fn stored(&self, state: ElementState, gap: f64) -> f64 {
         match state {
             ElementState::Pressed => 0.5 * self.0.stiffness * gap * gap,

@@ -7,7 +7,7 @@ use crate::law::contact_release::ContactRelease;
 use crate::law::free_contact::{FreeContact, damping_ratio, restitution_of};
 use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
-use crate::quantity::{finite, positive};
+use crate::quantity::{not_negative, positive};
 
 /// Law of a stop that gives way: a force k p + c p' pushes against the approach p = -gap while that is positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,10 +153,6 @@ impl ContactLaw for Spring {
         })
     }
 
-    fn force(&self) -> Option<LinearForce> {
-        Some(self.force)
-    }
-
     fn relaxation(&self, state: ElementState) -> Option<Relaxation> {
         let rate = self.force.stiffness / self.force.damping;
         (state == ElementState::Relaxing).then_some(Relaxation { rate })
@@ -168,14 +164,6 @@ impl ContactLaw for Spring {
             _ => 0.0,
         }
     }
-}
-
-fn not_negative(argument: &str, value: f64) -> Result<f64> {
-    let value = finite(argument, value)?;
-    if value < 0.0 {
-        return Err(Error::bad_value(argument, value, "it must not be negative"));
-    }
-    Ok(value)
 }
 
 /// The error of a dashpot without a release, with what each gives a free body of 1 kg back.

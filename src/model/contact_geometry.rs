@@ -1,6 +1,6 @@
 //! The stops of a linear scene as matrices: n coordinates, k stops.
 
-use crate::law::{Law, Newton};
+use crate::law::{Law, LinearForce, Newton, Regime};
 use crate::model::linear::LinearSystem;
 use crate::model::reaction::Reaction;
 use crate::model::scene::Scene;
@@ -72,6 +72,15 @@ impl ContactGeometry {
     #[inline]
     pub fn law(&self, stop: usize) -> Newton {
         self.laws[stop].newton()
+    }
+
+    /// The forces that elements have by their laws in a regime.
+    pub fn forces(&self, regime: &Regime) -> impl Iterator<Item = (usize, LinearForce)> {
+        let own = regime.others().iter();
+        own.filter_map(|&(element, state)| {
+            let force = self.laws[element].by_state().force(state);
+            force.map(|force| (element, force))
+        })
     }
 
     /// Whether an impact on one of two stops changes the normal velocity at the other.

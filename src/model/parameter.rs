@@ -77,6 +77,11 @@ impl StopNumber {
         }
     }
 
+    /// Whether a stop is meant where the number is one of every stop: of restitutions the rigid ones are.
+    pub(super) fn is_of(self, stop: &Constraint) -> bool {
+        self == Self::Clearance || stop.contact().restitution().is_some()
+    }
+
     /// Gives a stop another value.
     ///
     /// # Errors
@@ -93,7 +98,7 @@ impl StopNumber {
                 Err(Error::bad_value(self.name(), value, rule))
             }
             (Self::Restitution, stop) => {
-                if stop.contact().restitution().is_none() {
+                if !self.is_of(stop) {
                     let rule = "a stop that gives way (Spring) has none; replace the stops";
                     return Err(Error::bad_value(self.name(), value, rule));
                 }

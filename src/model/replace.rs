@@ -97,15 +97,10 @@ impl Scene {
             ));
         }
         // One value for all is one for those that have the number, if any has.
-        let has_it = |stop: &Constraint| !number.of(stop).is_nan();
-        let is_for_some = values.len() == 1 && self.stops.iter().any(has_it);
-        let mut all = self.stops.iter_mut().zip(values.iter().cycle());
-        all.try_for_each(|(stop, &value)| {
-            if is_for_some && number == StopNumber::Restitution && !has_it(stop) {
-                return Ok(());
-            }
-            number.set(stop, value)
-        })
+        let is_for_some = values.len() == 1 && self.stops.iter().any(|stop| number.is_of(stop));
+        let all = self.stops.iter_mut().zip(values.iter().cycle());
+        let mut meant = all.filter(|(stop, _)| !is_for_some || number.is_of(stop));
+        meant.try_for_each(|(stop, &value)| number.set(stop, value))
     }
 
     /// The value of a number: of factors one, not a number where the scene has none.
@@ -118,8 +113,8 @@ impl Scene {
             Parameter::Phase => self.first_angle().map_or(f64::NAN, |(_, phase)| phase),
             Parameter::ForcingScale | Parameter::DampingScale => 1.0,
             Parameter::EveryStop(number) => {
-                let values = self.stops.iter().map(|stop| number.of(stop));
-                let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+                let meant = self.stops.iter().filter(|stop| number.is_of(stop));
+                let values: Vec<f64> = meant.map(|stop| number.of(stop)).collect();
                 if values.windows(2).any(|pair| pair[0] != pair[1]) {
                     let rule =
                         format!("the stops differ, {values:?}: name one, \"{parameter}[0]\"");

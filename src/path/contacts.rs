@@ -4,14 +4,14 @@
 use crate::error::Result;
 use crate::impact::Impact;
 use crate::law::{ElementState, Regime};
-use crate::model::{Energetics, Scene};
+use crate::model::{Energetics, Moment, Scene};
 use crate::observer::unless_broken_off;
 use crate::path::chapter::PathChapter;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
 use crate::path::quadrature::each_node;
 use crate::path::segments::ImpactSide;
-use crate::tolerance::LARGEST_LOCATED;
+use crate::root::golden_section;
 use nalgebra::DVector;
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ use std::ops::Range;
 pub struct ContactRecord {
     /// The stop.
     pub stop: usize,
-    /// When it begins \[s\]; NaN speed before where a run begins in it.
+    /// When it begins \[s\]; where the motion begins, of one that it begins in.
     pub start: f64,
     /// When it ends \[s\]: where it begins, of an impact; NaN if the motion ends in it.
     pub end: f64,
@@ -212,10 +212,9 @@ fn impact_records(chapter: &PathChapter<'_>) -> Result<Vec<ContactRecord>> {
             let (q, v) = &before.state;
             // All impacts of an instant share the mean of the velocities before and after it.
             let mean = (v + &after.state.1) * 0.5;
-            let push = equations.push(impact.stop, q, impact.impulse)?;
             let at = equations.moment(after.point.arc, after.point.local);
-            let by_stop = impact.impulse * equations.stop_speed(impact.stop, at);
-            record.loss = taken(energetics.as_ref(), q, &mean, &push)? - by_stop;
+            let given = (impact.stop, impact.impulse);
+            record.loss = taken(&equations, energetics.as_ref(), given, at, (q, &mean))?;
         }
         records.push(record);
     }
@@ -229,14 +228,15 @@ fn energetics_of(equations: &PathEquations<'_>, scene: &Scene) -> Option<Energet
     has_others.then(|| Energetics::new(scene).ok()).flatten()
 }
 
-/// The work, or the power, of what is taken of a velocity; NaN where the mass is not known.
+/// What a stop takes as [`PathEquations::taken`] says; NaN where the mass is not known.
 fn taken(
+    equations: &PathEquations<'_>,
     energetics: Option<&Energetics>,
-    q: &DVector<f64>,
-    v: &DVector<f64>,
-    push: &DVector<f64>,
+    given: (usize, f64),
+    at: Moment,
+    motion: (&DVector<f64>, &DVector<f64>),
 ) -> Result<f64> {
-    energetics.map_or(Ok(f64::NAN), |own| own.inertial_work(q, v, push))
+    energetics.map_or(Ok(f64::NAN), |own| equations.taken(own, given, at, motion))
 }
 
 /// The contacts of a stop along a chapter that take time.
@@ -357,11 +357,10 @@ impl<'a> ContactsAlong<'a> {
     /// with a speed.
     fn complete_held(&self, own: &mut ContactRecord, accumulation: Option<usize>) {
         own.peak_approach = 0.0;
+        let impacts = self.chapter.impacts;
         let is_hit = |time: f64| {
-            self.chapter
-                .impacts
-                .iter()
-                .any(|impact| impact.time == time)
+            let first = impacts.partition_point(|impact| impact.time < time);
+            impacts.get(first).is_some_and(|impact| impact.time == time)
         };
         if accumulation == Some(self.stop) {
             own.peak_force = f64::INFINITY;
@@ -381,7 +380,7 @@ impl<'a> ContactsAlong<'a> {
         let (x, y) = (q.as_slice(), v.as_slice());
         let gap = contact.along(|| at, (x, y, y), 0.0)?;
         let law = contact.law.by_state();
-        let force = if let Some(own) = law.force() {
+        let force = if let Some(own) = law.force(regime.state(self.stop)) {
             own.at(gap.gap, gap.speed)
         } else {
             let (_, forces) = self.equations.regime_acceleration(regime, at, &q, &v)?;
@@ -391,9 +390,8 @@ impl<'a> ContactsAlong<'a> {
         let power = if self.equations.is_of_inertia(self.stop) {
             -force * gap.speed
         } else {
-            let push = self.equations.push(self.stop, &q, force)?;
-            taken(self.energetics.as_ref(), &q, &v, &push)?
-                - force * self.equations.stop_speed(self.stop, at)
+            let (given, energetics) = ((self.stop, force), self.energetics.as_ref());
+            taken(&self.equations, energetics, given, at, (&q, &v))?
         };
         Ok(Push {
             force,
@@ -426,28 +424,9 @@ fn largest(
         let is_top = rises.iter().all(|rise| *rise >= 0.0);
         if is_top && value(k) + rises[0].max(rises[1]) > most {
             let between = beside.map(|other| nodes[other].0);
-            most = most.max(top_between(between, |x| Ok(of(&at(x)?)))?);
+            let place = golden_section(between, |x| at(x).map(|own| -of(&own)))?;
+            most = most.max(of(&at(place)?));
         }
     }
     Ok(most)
-}
-
-/// The largest value between two places with a single top between them, by the golden section.
-fn top_between([mut low, mut high]: [f64; 2], at: impl Fn(f64) -> Result<f64>) -> Result<f64> {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let whole = high - low;
-    let mut inner = [high - golden * whole, low + golden * whole];
-    let mut values = [at(inner[0])?, at(inner[1])?];
-    while high - low > LARGEST_LOCATED * whole {
-        if values[0] < values[1] {
-            low = inner[0];
-            inner = [inner[1], low + golden * (high - low)];
-            values = [values[1], at(inner[1])?];
-        } else {
-            high = inner[1];
-            inner = [high - golden * (high - low), inner[0]];
-            values = [at(inner[0])?, values[0]];
-        }
-    }
-    Ok(values[0].max(values[1]))
 }

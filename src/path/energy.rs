@@ -223,11 +223,8 @@ impl<'a> Ledger<'a> {
         for (stop, force) in forces {
             let by_stop = -force * equations.stop_speed(stop, at);
             powers.by_stops += by_stop;
-            if regime.is_pressed(stop)
-                && let Some(reaction) = equations.reaction(stop, q)?
-            {
-                let taken = self.energetics.inertial_work(q, v, &(reaction * force))?;
-                powers.compliant += taken + by_stop;
+            if regime.is_pressed(stop) {
+                powers.compliant += equations.taken(&self.energetics, (stop, force), at, (q, v))?;
             }
         }
         powers.held = all + powers.by_stops - powers.compliant;

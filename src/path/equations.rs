@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::flow::RegimeDynamics;
 use crate::law::{ElementState, Regime};
 use crate::model::{
-    Contact, Dynamics, Moment, PhysicalState, Scene, SceneMotion, System, contacts, directions,
-    reaction_weights,
+    Contact, Dynamics, Energetics, Moment, PhysicalState, Scene, SceneMotion, System, contacts,
+    directions, reaction_weights,
 };
 use crate::path::parts::PathPoint;
 use crate::path::path::Path;
@@ -65,21 +65,24 @@ impl<'a> PathEquations<'a> {
         self.contacts[stop].own_motion(|| at)[1]
     }
 
-    /// The direction along which a stop pushes; `None` where the mass is singular.
+    /// The energy that an impulse of a stop takes of a motion, or the power that its force takes; the work of the stop's own motion is not of the
+    /// body and counts apart.
     ///
     /// # Errors
     /// What the functions of a nonlinear system or stop report.
-    pub fn reaction(&self, stop: usize, q: &DVector<f64>) -> Result<Option<DVector<f64>>> {
-        self.contacts[stop].reaction(self.scene.system(), q.as_slice())
-    }
-
-    /// The velocity or acceleration that an impulse or a force of a stop takes.
-    ///
-    /// # Errors
-    /// As [`reaction`](Self::reaction).
-    pub fn push(&self, stop: usize, q: &DVector<f64>, force: f64) -> Result<DVector<f64>> {
-        let reaction = self.reaction(stop, q)?;
-        Ok(reaction.map_or_else(|| DVector::zeros(q.len()), |b| b * force))
+    pub fn taken(
+        &self,
+        energetics: &Energetics,
+        (stop, given): (usize, f64),
+        at: Moment,
+        (q, v): (&DVector<f64>, &DVector<f64>),
+    ) -> Result<f64> {
+        let Some(reaction) = self.contacts[stop].reaction(self.scene.system(), q.as_slice())?
+        else {
+            return Ok(0.0);
+        };
+        let taken = energetics.inertial_work(q, v, &(reaction * given))?;
+        Ok(taken - given * self.stop_speed(stop, at))
     }
 
     /// The stops that are closed at a position, as far as an impact leaves them.

@@ -1,8 +1,9 @@
 //! By which method a motion is computed, and how exactly: asked of every run, whatever runs it.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::characteristic_length::Tolerances;
 use crate::flow::steps::Tolerance;
+use crate::quantity::not_negative;
 use crate::simulate::method::Method;
 
 /// The method of a run, with its tolerances.
@@ -54,10 +55,7 @@ impl Solver {
     pub(crate) fn check(&self) -> Result<()> {
         let given = [("rtol", Some(self.rtol)), ("atol", self.atol)];
         for (name, value) in given.iter().filter_map(|(name, x)| Some((*name, (*x)?))) {
-            if !(value.is_finite() && value >= 0.0) {
-                let rule = "it must be finite and not negative";
-                return Err(Error::bad_value(name, value, rule));
-            }
+            not_negative(name, value)?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use super::system::ClosedForm;
 use crate::error::Result;
 use crate::flow::{GuardDerivatives, LinearFlow, RegimeMotion, derivatives_at};
 use crate::hybrid::system::{Gaps, Present};
-use crate::law::{Action, ElementState, Guard, GuardKind, LinearForce, Regime};
+use crate::law::{ElementState, Guard, GuardKind, LinearForce, Regime};
 use crate::modal::ModalState;
 use crate::quantity::larger;
 use crate::tolerance::GAP_ROUNDING;
@@ -43,14 +43,8 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
 
     /// The forces of the elements that are pressed.
     pub(super) fn pushes(&self) -> impl Iterator<Item = (usize, LinearForce)> + '_ {
-        let regime = self.compliant.motion.as_ref().map(|motion| &motion.regime);
-        let others = regime.map_or(&[][..], Regime::others).iter();
-        others.filter_map(|&(element, state)| {
-            match self.scene.geometry.laws[element].by_state().action(state) {
-                Action::Force(force) => Some((element, force)),
-                _ => None,
-            }
-        })
+        let motion = self.compliant.motion.iter();
+        motion.flat_map(|motion| self.scene.geometry.forces(&motion.regime))
     }
 
     /// The state in the modes of a regime, with the places of the elements that relax.
@@ -100,7 +94,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             GAP_ROUNDING * self.speed_size(guard.element),
         );
         let law = self.scene.geometry.laws[guard.element].by_state();
-        let unknown = match law.force().filter(|_| guard.kind.has_speeds()) {
+        let unknown = match law
+            .force(ElementState::Pressed)
+            .filter(|_| guard.kind.has_speeds())
+        {
             Some(force) => [
                 force.size_at(gap, speed) - force.preload,
                 force.stiffness * speed,

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::{ModalScene, RegimeMotion, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, halves, joined};
 use crate::impact::impulse_matrix;
-use crate::law::{Action, ElementState, Newton, Regime};
+use crate::law::{Newton, Regime};
 use crate::modal::ModalState;
 use crate::model::{Moment, along_reactions};
 use nalgebra::{DMatrix, DVector};
@@ -65,24 +65,6 @@ impl<'a> ClosedFormMaps<'a> {
         Moment::new(t, w * t + self.phase, w)
     }
 
-    /// Adds what the force of an element gives to a rate.
-    fn push(
-        &self,
-        element: usize,
-        of: ElementState,
-        (t, state): (f64, &DVector<f64>),
-        rate: &mut DVector<f64>,
-    ) -> Result<()> {
-        let g = &self.scene.geometry;
-        if let Action::Force(force) = g.laws[element].by_state().action(of) {
-            let (at, n) = (self.gap(element, t, state)?, state.len() / 2);
-            let force = force.at(at.gap, at.speed(state.rows(n, n)));
-            let mut a = rate.rows_mut(n, n);
-            a -= g.reactions.column(element) * force;
-        }
-        Ok(())
-    }
-
     fn in_regime(&self, regime: &Regime) -> &RegimeMotion {
         let known = self.regimes.iter().find(|motion| motion.regime == *regime);
         known.expect("made for every regime of the itinerary")
@@ -126,12 +108,15 @@ impl HybridMaps for ClosedFormMaps<'_> {
         let mut rate = ModalState::from(vec![[0.0; 2]; modal.len()]);
         self.scene.rate(&modal, self.moment(t), &mut rate);
         let mut rate = self.scene.form.state_of(&rate);
-        for &(element, state_of) in regime.others() {
-            self.push(element, state_of, (t, state), &mut rate)?;
+        let n = state.len() / 2;
+        for (element, force) in self.scene.geometry.forces(regime) {
+            let at = self.gap(element, t, state)?;
+            let force = force.at(at.gap, at.speed(state.rows(n, n)));
+            let mut a = rate.rows_mut(n, n);
+            a -= self.scene.geometry.reactions.column(element) * force;
         }
         let held = regime.constrained();
         if !held.is_empty() {
-            let n = rate.len() / 2;
             let (normals, reactions) = self.scene.geometry.directions(held);
             let mut a = rate.rows_mut(n, n);
             let own = |i: usize| self.stop_motion(held[i], t)[2];

@@ -36,14 +36,7 @@ impl Resolver {
             let missing: Vec<usize> = missing.collect();
             all.extend(missing);
         }
-        if self.touching.is_empty() {
-            self.root_orders.clear();
-            return Ok(Ok(()));
-        }
-        if self.touching.iter().any(|&stop| self.closes(system, stop)) {
-            return self.resolve_contacts(system, recorder);
-        }
-        self.settle(system)
+        self.judge_touching(system, recorder)
     }
 
     /// Lets those elements give way whose guards have fallen through zero at an instant that has been resolved.

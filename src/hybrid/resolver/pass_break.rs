@@ -20,7 +20,7 @@ impl Resolver {
         self.settle_compliant(system, resolved, recorder)
     }
 
-    /// Judges what is in contact there.
+    /// Judges what is in contact there; where that is what was held and stays so, the segment goes on.
     fn judge_at_break<Y: HybridSystem + ?Sized, R: Recorder>(
         &mut self,
         system: &mut Y,
@@ -28,19 +28,33 @@ impl Resolver {
     ) -> Resolved {
         self.find_touching(system)?;
         let is_held_alone = self.touching == self.held;
-        if self.touching.is_empty() {
-            self.root_orders.clear();
-            recorder.continue_segment();
-            return Ok(Ok(()));
-        }
-        if self.touching.iter().any(|&stop| self.closes(system, stop)) {
-            return self.resolve_contacts(system, recorder);
-        }
-        let resolved = self.settle(system)?;
-        if is_held_alone && self.held == self.touching {
+        let is_struck = self.is_struck(system);
+        let resolved = self.judge_touching(system, recorder)?;
+        if is_held_alone && !is_struck && self.held == self.touching {
             recorder.continue_segment();
         }
         Ok(resolved)
+    }
+
+    /// Whether a stop in contact is approached.
+    fn is_struck<Y: HybridSystem + ?Sized>(&self, system: &Y) -> bool {
+        self.touching.iter().any(|&stop| self.closes(system, stop))
+    }
+
+    /// Judges the stops in contact anew: those that are approached are struck, the others held or let go.
+    pub(super) fn judge_touching<Y: HybridSystem + ?Sized, R: Recorder>(
+        &mut self,
+        system: &mut Y,
+        recorder: &mut R,
+    ) -> Resolved {
+        if self.touching.is_empty() {
+            self.root_orders.clear();
+            return Ok(Ok(()));
+        }
+        if self.is_struck(system) {
+            return self.resolve_contacts(system, recorder);
+        }
+        self.settle(system)
     }
 
     /// The stops in contact: those held, those that these keep closed, and those that are closed to rounding.

@@ -12,11 +12,10 @@ use crate::hybrid::OrbitStep;
 use crate::law::Regime;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::integrated::IntegratedJudge;
+use crate::root::golden_section;
 
 /// Places at which the lowest of a gap beyond its crossing is sought, before golden sections. [work]
 const LOWEST_GAP_POINTS: u32 = 64;
-/// Golden sections of what lies between two of them. [work]
-const GOLDEN_SECTIONS: usize = 40;
 /// What flights are known to is a margin, so that their tolerance is nothing. [exact]
 const NO_TOLERANCE: Tolerance = Tolerance {
     relative: 0.0,
@@ -108,20 +107,11 @@ fn deepest(gap: &BoundedGap<'_>, path: &StepPath, from: f64) -> Result<(f64, f64
             (least, nearest) = ((look(k), there), k);
         }
     }
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (
+    let beside = [
         look(nearest.saturating_sub(1)),
         look((nearest + 1).min(LOWEST_GAP_POINTS)),
-    );
-    for _ in 0..GOLDEN_SECTIONS {
-        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
-        if gap.at(path, c)?.gap < gap.at(path, d)?.gap {
-            b = d;
-        } else {
-            a = c;
-        }
-    }
-    let x = 0.5 * (a + b);
+    ];
+    let x = golden_section(beside, |x| gap.at(path, x).map(|there| there.gap))?;
     let there = gap.at(path, x)?.gap;
     if there < least.1 {
         least = (x, there);
