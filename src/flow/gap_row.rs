@@ -59,6 +59,16 @@ impl Quantity {
         }
     }
 
+    /// What it leaves of a constant.
+    pub fn left_of(&self, most: f64) -> Self {
+        let opposite = self.opposite();
+        Self {
+            constant: most + opposite.constant,
+            size: most + opposite.size,
+            ..opposite
+        }
+    }
+
     /// Of a gap, with its opening speed as a row: the force `F0 - k h - c h'`, times a sign, of which the rate of what moves the gap by itself
     /// is left out.
     pub fn pressed(&self, speed: &[Pair], force: LinearForce, sign: f64) -> Self {

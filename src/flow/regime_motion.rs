@@ -101,7 +101,7 @@ impl RegimeMotion {
         };
         let mut guards = Guards::new(scene, regime, &kinematics);
         guards.take_rates(&mut drive);
-        let others = guards.with_relaxing(&relaxing);
+        let mut others = guards.with_relaxing(&relaxing);
         let (forces, directions) = (&drive.turning, &drive.following);
         let takes = inverse * normals.transpose();
         let row = |q: DVector<f64>, v: DVector<f64>| in_modes(&form, &q, &v);
@@ -110,7 +110,7 @@ impl RegimeMotion {
             let sizes = free.abs().tr_mul(&m.abs().tr_mul(&g.abs()));
             without_rounding(&free.tr_mul(&m.tr_mul(g)), &sizes)
         };
-        let forces = (0..stops.len())
+        let forces: Vec<Quantity> = (0..stops.len())
             .map(|i| {
                 let g = takes.row(i).transpose();
                 let pull = |force: &DVector<Complex<f64>>| {
@@ -134,6 +134,12 @@ impl RegimeMotion {
                 }
             })
             .collect();
+        let borne = stops.iter().zip(&forces);
+        others.extend(borne.filter_map(|(&element, force)| {
+            let seat = g.laws[element].by_state().seat()?;
+            let kind = GuardKind::Excess;
+            Some((Guard { element, kind }, force.left_of(seat)))
+        }));
         let flow = drive.flow(&form, &reduced, &load, &relaxing);
         Ok(Self {
             regime: regime.clone(),
@@ -163,7 +169,7 @@ impl RegimeMotion {
     /// A state with the places of the stops that relax.
     pub fn with_places(&self, mut state: ModalState, place: impl Fn(usize) -> f64) -> ModalState {
         let places = self.relaxing.iter();
-        state.extend(places.map(|&(element, _)| [place(element), 0.0]));
+        state.extend(places.map(|&(element, own)| [place(element) + own.beyond, 0.0]));
         state
     }
 
@@ -366,7 +372,7 @@ impl Guards {
                     GuardKind::Approach => (gap.opposite(), None),
                     GuardKind::Push => force(1.0)?,
                     GuardKind::Pull => force(-1.0)?,
-                    GuardKind::Force | GuardKind::Place => return None,
+                    GuardKind::Force | GuardKind::Excess | GuardKind::Place => return None,
                 };
                 // An impact may put a force of a stop that gives way where it stays.
                 (can_change || law.restitution().is_none()).then_some(WatchedGuard {
@@ -397,8 +403,11 @@ impl Guards {
             quantity.row = beside_relaxing(quantity.row, relaxing);
             if guard.kind == GuardKind::Distance {
                 let place = relaxing.iter().position(|own| own.0 == guard.element);
-                // A quantity is its constant less its row.
-                quantity.row[n + place.expect("it relaxes")] = [-1.0, 0.0];
+                let place = place.expect("it relaxes");
+                // A quantity is its constant less its row; the block is what is left of the way to where its place would go.
+                quantity.row[n + place] = [-1.0, 0.0];
+                quantity.constant -= relaxing[place].1.beyond;
+                quantity.size += relaxing[place].1.beyond;
             }
             (guard, quantity)
         };

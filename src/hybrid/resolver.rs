@@ -131,11 +131,7 @@ impl Resolver {
         recorder: &mut R,
     ) -> Resolved {
         let stop = guard.element;
-        let state = if self.held.contains(&stop) {
-            ElementState::Held
-        } else {
-            self.regime.state(stop)
-        };
+        let state = self.state_of(stop);
         let law = system.element_law(stop).by_state();
         self.zeros.clear();
         let resolved = match law.outcome(state, guard.kind) {
@@ -148,10 +144,25 @@ impl Resolver {
                 self.touching.clear();
                 self.zero_speed.clear();
                 self.note_zero(guard, state, true);
+                let state = if self.comes_to_its_seat(system, guard)? {
+                    system.record_chatter(stop, recorder)?;
+                    ElementState::Held
+                } else {
+                    state
+                };
                 self.enter_state(system, (stop, state), recorder)
             }
         };
         self.settle_compliant(system, resolved?, recorder)
+    }
+
+    /// The state of an element.
+    fn state_of(&self, element: usize) -> ElementState {
+        if self.held.contains(&element) {
+            ElementState::Held
+        } else {
+            self.regime.state(element)
+        }
     }
 
     /// The regime of all elements.
@@ -247,6 +258,17 @@ impl Resolver {
     fn is_closed<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
         let flight = self.flight_time(system);
         is_closed_at(system.gap(stop), system.rounding(stop), flight)
+    }
+
+    /// Whether a gap is zero, as far as rounding tells.
+    fn is_at_zero<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+        let own = system.gap(stop);
+        let gap = own.gap.abs();
+        is_closed_at(
+            GapState { gap, ..own },
+            system.rounding(stop),
+            self.flight_time(system),
+        )
     }
 
     /// A stop that is reached at the instant of a release, as far as that is known: what is let go may be so after its impact alone.

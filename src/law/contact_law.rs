@@ -3,6 +3,7 @@
 
 use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
+use crate::quantity::positive_part;
 use crate::tolerance::PLACE_FORGOTTEN;
 
 /// What an element adds to the equations of motion.
@@ -38,22 +39,29 @@ impl LinearForce {
     }
 }
 
-/// How the place r of an element goes back to where it was when nothing of the body is left on it: `r' = -rate r`.
+/// How the place r of an element goes back to where it was when nothing of the body is left on it: `r' = -rate (r + beyond)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Relaxation {
     /// \[1/s\]
     pub rate: f64,
+    /// How far beyond its seat it would go, had it none.
+    pub beyond: f64,
 }
 
 impl Relaxation {
-    /// The part of a place that is left after a time.
-    pub fn left(self, time: f64) -> f64 {
-        (-self.rate * time).exp()
+    /// Where a place is after a time.
+    pub fn after(self, place: f64, time: f64) -> f64 {
+        let gone = -(-self.rate * time).exp_m1();
+        positive_part(place - gone * (place + self.beyond))
     }
 
-    /// The time after which the place is back, to the last digit.
-    pub fn duration(self) -> f64 {
-        PLACE_FORGOTTEN / self.rate
+    /// The time after which a place is back, to the last digit.
+    pub fn duration(self, place: f64) -> f64 {
+        if self.beyond > 0.0 {
+            (place / self.beyond).ln_1p() / self.rate
+        } else {
+            PLACE_FORGOTTEN / self.rate
+        }
     }
 }
 
@@ -90,6 +98,11 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     /// The energy that it stores in a state, at a gap \[J\].
     fn stored(&self, _state: ElementState, _gap: f64) -> f64 {
         0.0
+    }
+    /// The largest force by which an element that gives way keeps its gap at zero, its preload; none of one without.
+    fn seat(&self) -> Option<f64> {
+        let own = self.force(ElementState::Pressed)?;
+        (own.preload > 0.0).then_some(own.preload)
     }
     /// A contact force without what rounding makes of it: a rigid element pushes, to the instant when its force is zero and it is let go.
     fn allowed(&self, force: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! The law of one element, as a user gives it and as a scene has it.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::law::contact_law::ContactLaw;
 use crate::law::guard::GuardKind;
 use crate::law::newton::Newton;
@@ -52,10 +52,6 @@ impl IntoLaw for Newton {
 
 impl IntoLaw for Spring {
     fn into_law(self) -> Result<Law> {
-        if self.preload() > 0.0 {
-            let rule = "a stop with a preload has no motion yet: it must be zero";
-            return Err(Error::bad_value("preload", self.preload(), rule));
-        }
         Ok(Law::Spring(self))
     }
 }
@@ -105,6 +101,11 @@ impl Law {
         let guards = self.by_state().guards(ElementState::Pressed);
         let ends = |kind: &GuardKind| !matches!(kind, GuardKind::Push);
         guards.iter().all(ends)
+    }
+
+    /// Whether it may keep its gap at zero: a rigid one by any force, one that gives way by no more than its preload.
+    pub(crate) fn may_hold(&self) -> bool {
+        self.is_rigid() || self.by_state().seat().is_some()
     }
 
     /// Whether the element is rigid: its gap is never negative.

@@ -11,6 +11,8 @@ pub(crate) enum GuardKind {
     Approach,
     /// The contact force of an element that is held, L.
     Force,
+    /// What is left of the preload of one that is held and gives way under a larger force, F0 - L.
+    Excess,
     /// The force of an element that is pressed, f.
     Push,
     /// The force that an element which is idle would have, -f.
@@ -22,22 +24,29 @@ pub(crate) enum GuardKind {
 }
 
 impl GuardKind {
-    /// What is zero from where this one has fallen through zero on, in the state that follows, with the number of its derivatives, itself one
-    /// of them, that are: the place of an element that relaxes begins where the body is, and, the force being zero, with its speed.
-    pub fn leaves_at_zero(self, next: ElementState) -> Option<(Self, usize)> {
-        match (self, next) {
-            (Self::Gap, ElementState::Pressed) => Some((Self::Approach, 1)),
-            (Self::Approach, ElementState::Free) => Some((Self::Gap, 1)),
-            (Self::Push, ElementState::Idle) => Some((Self::Pull, 1)),
-            (Self::Push, ElementState::Relaxing) => Some((Self::Distance, 2)),
-            (Self::Pull, ElementState::Pressed) => Some((Self::Push, 1)),
+    /// What is zero from where this one has fallen to zero, or was below it, on, in the state that follows, with the number of its derivatives,
+    /// itself one of them, that are: the place of an element that relaxes begins where the body is, and, the force being zero, with its speed;
+    /// what was held has no speed, and, its force being that of the next state, no acceleration.
+    pub fn leaves_at_zero(self, next: ElementState, was_zero: bool) -> Option<(Self, usize)> {
+        match (self, next, was_zero) {
+            (Self::Gap, ElementState::Pressed, true) => Some((Self::Approach, 1)),
+            (Self::Approach, ElementState::Free, true) => Some((Self::Gap, 1)),
+            (Self::Push, ElementState::Idle, true) => Some((Self::Pull, 1)),
+            (Self::Push, ElementState::Relaxing, _) => {
+                Some((Self::Distance, 1 + usize::from(was_zero)))
+            }
+            (Self::Pull, ElementState::Pressed, true) => Some((Self::Push, 1)),
+            (Self::Excess, ElementState::Pressed, _) => {
+                Some((Self::Approach, 2 + usize::from(was_zero)))
+            }
+            (Self::Force, ElementState::Free, _) => Some((Self::Gap, 2 + usize::from(was_zero))),
             _ => None,
         }
     }
 
     /// Whether it depends on velocities.
     pub fn has_speeds(self) -> bool {
-        matches!(self, Self::Force | Self::Push | Self::Pull)
+        matches!(self, Self::Force | Self::Excess | Self::Push | Self::Pull)
     }
 }
 
@@ -81,6 +90,11 @@ impl Guard {
             return Self { element, kind };
         }
         Self::gap(element)
+    }
+
+    /// Whether it is zero where the body is at the place of the element that nothing has pushed.
+    pub fn is_seat(self) -> bool {
+        matches!(self.kind, GuardKind::Gap | GuardKind::Approach)
     }
 
     /// Whether it is a row of positions alone.

@@ -101,7 +101,7 @@ impl Newton {
 
 impl ContactLaw for Newton {
     fn action(&self, state: ElementState) -> Action {
-        if state.is_constraint() {
+        if state.is_held() {
             Action::Constraint
         } else {
             Action::Nothing
@@ -109,7 +109,7 @@ impl ContactLaw for Newton {
     }
 
     fn guards(&self, state: ElementState) -> &'static [GuardKind] {
-        if state.is_constraint() {
+        if state.is_held() {
             &[GuardKind::Force]
         } else {
             &[GuardKind::Gap]
@@ -117,7 +117,7 @@ impl ContactLaw for Newton {
     }
 
     fn outcome(&self, state: ElementState, _guard: GuardKind) -> Outcome {
-        if state.is_constraint() {
+        if state.is_held() {
             Outcome::Release
         } else {
             Outcome::Impact

@@ -19,11 +19,17 @@ impl ElementState {
     /// Those that are written as plain numbers, in the order of these.
     const WRITTEN: [Self; 4] = [Self::Held, Self::Pressed, Self::Idle, Self::Relaxing];
 
-    /// Its name.
-    pub fn name(self) -> &'static str {
+    /// Whether the element has a force of its own, or one that holds it.
+    pub fn is_met(self) -> bool {
+        matches!(self, Self::Held | Self::Pressed)
+    }
+
+    /// Its name, of an element that is rigid or not: one that gives way is held by its preload alone, on its seat.
+    pub fn name(self, is_rigid: bool) -> &'static str {
         match self {
             Self::Free => "free",
-            Self::Held => "held",
+            Self::Held if is_rigid => "held",
+            Self::Held => "seated",
             Self::Pressed => "pressed",
             Self::Idle => "idle",
             Self::Relaxing => "relaxing",
@@ -31,7 +37,7 @@ impl ElementState {
     }
 
     /// Whether its gap is kept at zero.
-    pub fn is_constraint(self) -> bool {
+    pub fn is_held(self) -> bool {
         self == Self::Held
     }
 }

@@ -127,14 +127,20 @@ impl ContactLaw for Spring {
     fn action(&self, state: ElementState) -> Action {
         match state {
             ElementState::Pressed => Action::Force(self.force),
+            // It is seated: its preload bears what there is.
+            ElementState::Held => Action::Constraint,
             _ => Action::Nothing,
         }
     }
 
     fn guards(&self, state: ElementState) -> &'static [GuardKind] {
+        let has_seat = self.force.preload > 0.0;
         match (state, self.ends()) {
             (ElementState::Pressed, ContactRelease::Gap) => &[GuardKind::Approach],
+            // Under a preload a slow body is back at the seat before the force is zero.
+            (ElementState::Pressed, _) if has_seat => &[GuardKind::Approach, GuardKind::Push],
             (ElementState::Pressed, _) => &[GuardKind::Push],
+            (ElementState::Held, _) => &[GuardKind::Force, GuardKind::Excess],
             (ElementState::Idle, _) => &[GuardKind::Approach, GuardKind::Pull],
             (ElementState::Relaxing, _) => &[GuardKind::Distance],
             _ => &[GuardKind::Gap],
@@ -142,6 +148,9 @@ impl ContactLaw for Spring {
     }
 
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome {
+        if guard == GuardKind::Force {
+            return Outcome::Release;
+        }
         Outcome::Enters(match (state, guard) {
             (ElementState::Pressed, GuardKind::Push) => match self.ends() {
                 ContactRelease::Force => ElementState::Relaxing,
@@ -154,13 +163,20 @@ impl ContactLaw for Spring {
     }
 
     fn relaxation(&self, state: ElementState) -> Option<Relaxation> {
-        let rate = self.force.stiffness / self.force.damping;
-        (state == ElementState::Relaxing).then_some(Relaxation { rate })
+        let LinearForce {
+            stiffness,
+            damping,
+            preload,
+        } = self.force;
+        (state == ElementState::Relaxing).then(|| Relaxation {
+            rate: stiffness / damping,
+            beyond: preload / stiffness,
+        })
     }
 
     fn stored(&self, state: ElementState, gap: f64) -> f64 {
         match state {
-            ElementState::Pressed => 0.5 * self.force.stiffness * gap * gap,
+            ElementState::Pressed => (0.5 * self.force.stiffness * gap - self.force.preload) * gap,
             _ => 0.0,
         }
     }

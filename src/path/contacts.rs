@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::impact::Impact;
-use crate::law::{ElementState, Regime};
+use crate::law::Regime;
 use crate::model::{Energetics, Moment, Scene};
 use crate::observer::unless_broken_off;
 use crate::path::chapter::PathChapter;
@@ -272,10 +272,7 @@ impl<'a> ContactsAlong<'a> {
 
     /// Whether the stop is in contact in a regime.
     fn is_met(&self, regime: &Regime) -> bool {
-        matches!(
-            regime.state(self.stop),
-            ElementState::Held | ElementState::Pressed
-        )
+        regime.state(self.stop).is_met()
     }
 
     /// All of them, one for each part of the motion.
@@ -363,7 +360,10 @@ impl<'a> ContactsAlong<'a> {
             impacts.get(first).is_some_and(|impact| impact.time == time)
         };
         if accumulation == Some(self.stop) {
-            own.peak_force = f64::INFINITY;
+            // Low bounces on a seat push no harder than its preload.
+            if self.equations.contacts()[self.stop].law.is_rigid() {
+                own.peak_force = f64::INFINITY;
+            }
         } else if !is_hit(own.start) {
             own.speed_before = 0.0;
         }

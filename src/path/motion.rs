@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::impact::Impact;
-use crate::model::{Normal, PhysicalState, Scene};
+use crate::model::{Constraint, Normal, PhysicalState, Scene};
 use crate::observer::{Observer, unless_broken_off};
 use crate::path::chapter::PathChapter;
 use crate::path::contacts::{ContactRecord, contacts_along};
@@ -255,10 +255,11 @@ pub trait Motion: KeptMotion {
     /// # Errors
     /// A trajectory that does not keep its motion.
     fn regimes(&self) -> Result<Vec<RegimeRow>> {
-        let count = self.scene().stops().len();
+        let scene = self.scene();
         let mut rows: Vec<RegimeRow> = Vec::new();
         for stretch in self.stretches()? {
-            let next = RegimeRow::of(&stretch, count);
+            let laws = scene.stops().iter().map(Constraint::contact);
+            let next = RegimeRow::of(&stretch, laws);
             match rows.last_mut().filter(|last| last.states == next.states) {
                 Some(last) => last.end = next.end,
                 None => rows.push(next),

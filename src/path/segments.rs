@@ -1,7 +1,7 @@
 //! The parts of a motion, and the sides of its instants.
 
 use crate::hybrid::SegmentKind;
-use crate::law::Regime;
+use crate::law::{Law, Regime};
 use std::borrow::Cow;
 
 /// Which velocity is meant at an impact.
@@ -37,15 +37,17 @@ pub struct RegimeRow {
     pub start: f64,
     /// End \[s\].
     pub end: f64,
-    /// The state of each element, in the order of the scene's stops: "free", "held", "pressed", "relaxing" or "idle".
+    /// The state of each element, in the order of the scene's stops: "free", "held", "pressed", "relaxing", "idle" or
+    /// "seated".
     pub states: Vec<&'static str>,
 }
 
 impl RegimeRow {
-    /// That of a part of a motion with so many elements.
-    pub(crate) fn of(stretch: &Stretch<'_>, count: usize) -> Self {
+    /// That of a part of a motion with elements of some laws.
+    pub(crate) fn of<'l>(stretch: &Stretch<'_>, laws: impl Iterator<Item = &'l Law>) -> Self {
         let lasting = stretch.lasting();
-        let states = (0..count).map(|element| lasting.state(element).name());
+        let states = laws.enumerate();
+        let states = states.map(|(i, law)| lasting.state(i).name(law.is_rigid()));
         Self {
             start: stretch.start,
             end: stretch.end,

@@ -440,7 +440,7 @@ macro_rules! motion_class {
             }
 
             /// Regimes, of an orbit those of one period: structured array of start, end [s], mode (0), state: "free", "held", "pressed",
-            /// "relaxing" or "idle" of each of ``scene.elements``; of a trajectory needs keep="motion".
+            /// "relaxing", "idle" or "seated" of each of ``scene.elements``; of a trajectory needs keep="motion".
             #[getter]
             fn regimes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
                 let $own = self;

@@ -80,6 +80,10 @@ fn check_laws_in_steps(scene: &Scene) -> Result<()> {
             let rule = "only exact flights of linear scenes find where its force is zero yet: release=\"gap\" goes with every method";
             return Err(Error::bad_value(format!("stops[{i}]"), "Spring", rule));
         }
+        if !stop.contact().is_rigid() && stop.contact().may_hold() {
+            let rule = "only exact flights of linear scenes find where a preload bears its body yet: without preload it goes with every method";
+            return Err(Error::bad_value(format!("stops[{i}]"), "Spring", rule));
+        }
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 """A referee of runs with stops that give way and rigid ones: random scenes, flown by an exact twin and by the library."""
 
+import dataclasses
 import itertools
 import math
 from dataclasses import dataclass
@@ -28,7 +29,10 @@ def amplification(twin, q0, v0, end, own, rows, regimes):
         if abs(rows.p[i] @ x) <= ON:
             # What begins on a stop stays on it.
             direction[np.tile(stop.normal != 0.0, 2)] = 0.0
-    other = run(twin, q0 + kick * direction[:n], v0 + kick * direction[n:], end, rows, regimes)
+    if direction.any():
+        other = run(twin, q0 + kick * direction[:n], v0 + kick * direction[n:], end, rows, regimes)
+    else:
+        other = run(dataclasses.replace(twin, stiffness=twin.stiffness * (1.0 + kick)), q0, v0, end)
     if [event[1:] for event in other.events] != [event[1:] for event in own.events]:
         raise Skipped("a run too close to another")
     apart = [np.abs(own.q - other.q).max(), np.abs(own.v - other.v).max()]
@@ -233,14 +237,14 @@ class Case:
     skipped: list[str]
 
 
-def some_case(seed, number):
-    """Return a scene of a number that can be compared."""
+def some_case(seed, number, wanted=lambda twin: True):
+    """Return a scene of a number that can be compared, of those that are wanted."""
     rng = np.random.default_rng([seed, number])
     skipped = []
     while True:
         twin, q0, v0, end = draw(rng)
-        if any(stop.preload > 0.0 for stop in twin.stops):
-            continue  # preloads have no motion yet
+        if not wanted(twin):
+            continue
         try:
             own, grows = judged(twin, q0, v0, end)
         except Skipped as reason:

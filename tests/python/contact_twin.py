@@ -36,7 +36,7 @@ COINCIDENT, TOUCH = 1e-9, 1e-11
 #: A start within this of a stop is on it.
 ON = 1e-14
 #: Guards that fall slower than this are grazed; rigid stops hit slower than that chatter, preloaded ones are seated.
-SLOW, SLOW_IMPACT, SLOW_BOUNCE = 1e-6, 3e-5, 2e-4
+SLOW, SLOW_IMPACT, SLOW_BOUNCE = 1e-6, 3e-5, 1e-3
 #: A rigid stop that was hit so often in ever shorter flights, the last shorter than this, chatters.
 CHATTER, SHORT = 8, 1e-3
 #: A run with more transitions than this is not looked at.

@@ -156,5 +156,108 @@ def test_a_dashpot_needs_a_release_and_says_what_each_gives_back():
     assert eval(repr(law), {"Spring": vi.Spring}) == law
     with pytest.raises(ValueError, match=r'release is "open"'):
         vi.Spring(1.0, 0.4, release="open")
-    with pytest.raises(ValueError, match="preload is 1"):
-        vi.Stop(0, 1.0, contact=vi.Spring(1.0, preload=1.0))
+
+
+RELEASES = ["gap", "force", "clipped"]
+
+
+def weighed(release, weight, preload, *, damping=2.0, force=None, motion=None):
+    """Return a body of mass 1 that a weight pushes onto a preloaded stop."""
+    stop = vi.Stop(0, 0.3, contact=vi.Spring(50.0, damping, release=release, preload=preload), motion=motion)
+    return vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0, load=[weight]), force, [stop])
+
+
+@pytest.mark.parametrize("release", RELEASES)
+class TestAPreload:
+    """A stop that gives way only under more than its preload."""
+
+    @pytest.mark.parametrize(("weight", "state"), [(1.0, "seated"), (2.0, "seated"), (3.0, "pressed"), (-1.0, "free")])
+    def test_a_body_at_its_seat_is_borne_by_no_more(self, release, weight, state):
+        """At rest on the seat: the weight is borne, presses the stop in, or draws the body away."""
+        run = vi.simulate(weighed(release, weight, 2.0), 0.3, 0.0, (0, 0.1))
+        assert run.regimes["state"][0, 0] == state
+        if state == "seated":
+            assert run.final[0][0] == 0.3
+            assert run.final[1][0] == 0.0
+            assert run.contact_force(0, 0.05) == weight
+            assert run.contacts["impulse"] == pytest.approx([0.1 * weight], rel=1e-14)
+
+    def test_bounces_lose_what_the_law_of_low_ones_says(self, release):
+        """v -> v - kappa v^2, kappa = (2/3) c/(F0 - weight); then the body is borne, as a rigid stop would hold it."""
+        run = vi.simulate(weighed(release, 1.0, 2.0), 0.0, 0.0, (0, 60))
+        speed = run.contacts["speed_before"]
+        lost = (speed[:-1] - speed[1:]) / speed[:-1] ** 2
+        low = (speed[:-1] < 1e-3) & (speed[:-1] > 2e-4)
+        assert low.sum() > 1000
+        assert lost[low] == pytest.approx(2 / 3 * 2.0 / (2.0 - 1.0), rel=2e-3)
+        assert run.regimes["state"][-1, 0] == "seated"
+        assert [row["kind"] for row in run.segments[-2:]] == ["chatter", "stick"]
+        assert run.final[0][0] == 0.3
+        assert run.final[1][0] == 0.0
+        assert np.abs(run.energy.balance).max() < 1e-13
+        assert np.isfinite(run.contacts["peak_force"]).all()
+
+    @pytest.mark.parametrize("moves", [False, True])
+    @pytest.mark.parametrize(
+        ("phase", "state", "at"),
+        [(-1.6, "pressed", (1.6 - np.arccos(0.8)) / 0.8), (1.6, "free", (np.arccos(-2 / 3) - 1.6) / 0.8)],
+    )
+    def test_a_seat_is_left_on_either_side(self, release, moves, phase, state, at):
+        """Borne is 1 + 1.5 cos(0.8 t + phase), of a force or of the stop's own acceleration: to the preload, 2.2, or to zero."""
+        size = 1.5 / 0.64 if moves else 1.5
+        wave = vi.Harmonic([size], 0.8, phase)
+        scene = weighed(release, 1.0, 2.2, **({"motion": wave} if moves else {"force": wave}))
+        q0, v0 = (0.3 + size * np.cos(phase), -0.8 * size * np.sin(phase)) if moves else (0.3, 0.0)
+        run = vi.simulate(scene, q0, v0, (0, at + 0.05))
+        assert list(run.regimes["state"][:, 0]) == ["seated", state]
+        assert run.regimes["end"][0] == pytest.approx(at, rel=1e-14)
+        t = np.linspace(0, at, 7)[:-1]
+        assert run.contact_force(0, t) == pytest.approx(1 + 1.5 * np.cos(0.8 * t + phase), rel=1e-13)
+
+    def test_a_free_body_is_given_back_what_the_law_says(self, release):
+        """A body that nothing else pushes keeps the speed of the closed form, and is in contact as long."""
+        law = vi.Spring(4.0, 0.6, release=release, preload=0.3)
+        scene = vi.Scene(vi.LinearSystem(2.0, 0.0, 0.0), stops=[vi.Stop(0, 1.0, contact=law)])
+        own = vi.simulate(scene, 0.0, 1.5, (0, 5)).contacts
+        assert own["speed_after"] / own["speed_before"] == pytest.approx([law.equivalent_restitution(2.0, 1.5)], rel=1e-13)
+        if release == "gap":
+            assert own["end"] - own["start"] == pytest.approx([2.11638706827], rel=1e-11)
+
+    def test_an_impact_on_another_stop_throws_a_body_off_its_seat(self, release):
+        """What a seat bears is no impulse: coupled by inertia, a seated body has a speed after an impact of the other."""
+        system = vi.LinearSystem([[1.0, 0.4], [0.4, 1.0]], np.zeros((2, 2)), np.zeros((2, 2)), load=[0.5, 0.0])
+        for side, wanted in (("upper", "pressed"), ("lower", "free")):
+            stops = [
+                vi.Stop(0, 0.0, contact=vi.Spring(50.0, 2.0, release=release, preload=2.0)),
+                vi.Stop(1, 0.5, 0.6, side=side),
+            ]
+            towards = 1.0 if side == "upper" else -1.0
+            run = vi.simulate(vi.Scene(system, stops=stops), [0.0, 0.0], [0.0, towards], (0, 0.6))
+            assert run.impacts["stop"][0] == 1
+            assert [str(own) for own in run.regimes["state"][:2, 0]] == ["seated", wanted]
+            assert run.regimes["end"][0] == run.impacts["time"][0]
+
+    def test_other_units_and_other_times_change_nothing(self, release):
+        """Lengths times a power of two give the same times; a start at t = 1e6 the same run."""
+        made = {}
+        for size in (1.0, 2.0**-30):
+            law = vi.Spring(50.0, 2.0, release=release, preload=2.2 * size)
+            scene = vi.Scene(
+                vi.LinearSystem(1.0, 0.1, 1.0, load=[size]),
+                vi.Harmonic([1.9 * size], 0.8, -1.6),
+                [vi.Stop(0, 0.3 * size, contact=law), vi.Stop(0, 0.5 * size, 0.6, side="lower")],
+            )
+            made[size] = vi.simulate(scene, 0.3 * size, 0.0, (0, 40))
+            far = scene.replace(phase=-1.6 - 0.8e6)
+            later = vi.simulate(far, 0.3 * size, 0.0, (1e6, 1e6 + 40))
+            assert later.final[0] == pytest.approx(made[size].final[0], abs=1e-8 * size)
+            assert np.array_equal(later.regimes["state"], made[size].regimes["state"])
+        one, small = made.values()
+        assert np.array_equal(one.regimes["start"], small.regimes["start"])
+        assert "seated" in one.regimes["state"]
+        assert np.array_equal(one.final[0] * 2.0**-30, small.final[0])
+
+    def test_steps_say_that_they_do_not_bear_bodies_yet(self, release):
+        """A preload goes with exact flights alone."""
+        with pytest.raises(ValueError, match=r"stops\[0\] is Spring"):
+            vi.simulate(weighed(release, 1.0, 2.0), 0.0, 0.0, (0, 1), method="dop853")

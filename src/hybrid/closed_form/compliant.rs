@@ -8,7 +8,7 @@ use crate::flow::{GuardDerivatives, LinearFlow, RegimeMotion, derivatives_at};
 use crate::hybrid::system::{Gaps, Present};
 use crate::law::{ElementState, Guard, GuardKind, LinearForce, Regime};
 use crate::modal::ModalState;
-use crate::quantity::larger;
+use crate::quantity::{larger, positive_part};
 use crate::tolerance::GAP_ROUNDING;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
@@ -29,11 +29,12 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 .iter()
                 .all(|own| own.element != element);
             if let Some(relaxation) = law.relaxation(ElementState::Relaxing).filter(|_| is_new) {
+                let place = positive_part(-self.gap(element).gap);
                 let own = RelaxingPlace {
                     element,
                     relaxation,
-                    place: -self.gap(element).gap,
-                    left: relaxation.duration(),
+                    place,
+                    left: relaxation.duration(place),
                 };
                 self.compliant.places.push(own);
             }
@@ -94,15 +95,15 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             GAP_ROUNDING * self.speed_size(guard.element),
         );
         let law = self.scene.geometry.laws[guard.element].by_state();
-        let unknown = match law
-            .force(ElementState::Pressed)
-            .filter(|_| guard.kind.has_speeds())
-        {
-            Some(force) => [
+        let has_own_force = matches!(guard.kind, GuardKind::Push | GuardKind::Pull);
+        let unknown = match law.force(ElementState::Pressed) {
+            // Forces that hold are sums of the state, as their roundings say.
+            _ if matches!(guard.kind, GuardKind::Force | GuardKind::Excess) => [0.0; 2],
+            Some(force) if has_own_force => [
                 force.size_at(gap, speed) - force.preload,
                 force.stiffness * speed,
             ],
-            None => [gap, speed],
+            _ => [gap, speed],
         };
         for (derivative, unknown) in derivatives.iter_mut().zip(unknown) {
             derivative[1] = larger(derivative[1], unknown);

@@ -60,7 +60,7 @@ impl CompliantElements {
     #[inline]
     pub fn relax(&mut self, span: f64) {
         for own in &mut self.places {
-            own.place *= own.relaxation.left(span);
+            own.place = own.relaxation.after(own.place, span);
             own.left -= span;
         }
     }

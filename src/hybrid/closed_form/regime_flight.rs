@@ -139,7 +139,9 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let searched = back.map_or(span, |own| own.1);
         let (next, seen, touches) =
             with_flow!(&motion.flow, flow => flight.next(flow, searched, observer))?;
-        let next = next.or(back);
+        // A search may look beyond its span.
+        let is_late = |own: &(Guard, f64)| back.is_some_and(|back| back.1 < own.1);
+        let next = next.filter(|own| !is_late(own)).or(back);
         self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);

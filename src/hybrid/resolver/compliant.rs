@@ -7,7 +7,7 @@ use crate::event::next::LATE;
 use crate::flow::GuardDerivatives;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::HybridSystem;
-use crate::law::{ElementState, Guard, Outcome};
+use crate::law::{ElementState, Guard, GuardKind, Outcome};
 use crate::quantity::larger;
 use crate::tolerance::TIME_ROUNDING;
 
@@ -23,8 +23,16 @@ impl Resolver {
         (element, state): (usize, ElementState),
         recorder: &mut R,
     ) -> Resolved {
-        self.n_contacts += usize::from(state == ElementState::Pressed);
-        self.regime = self.regime.with(element, state);
+        let is_met_before = self.state_of(element).is_met();
+        self.n_contacts += usize::from(state.is_met() && !is_met_before);
+        self.held.retain(|own| *own != element);
+        self.regime = self.regime.without(element);
+        // Whether its seat bears it is judged with what is in contact beside it.
+        if state == ElementState::Held {
+            self.zero_speed.push(element);
+        } else {
+            self.regime = self.regime.with(element, state);
+        }
         self.enter(system)?;
         self.impulses.clear();
         // What the impacts of this instant were about is in contact, though they leave gaps of some roundings, and at rest where they say so.
@@ -60,7 +68,7 @@ impl Resolver {
         recorder: &mut R,
     ) -> Resolved {
         for _ in 0..MOST_CHANGES {
-            let Some(change) = self.next_change(system)? else {
+            let Some(change) = self.next_change(system, |_| true)? else {
                 return Ok(Ok(()));
             };
             if let Err(unresolved) = self.enter_state(system, change, recorder)? {
@@ -72,7 +80,7 @@ impl Resolver {
         Ok(Err(Unresolved { reason }))
     }
 
-    /// The states in which a motion begins, where nothing is held yet.
+    /// The states in which a motion begins, where nothing is held yet: what seats bear is judged with all that is in contact.
     pub(super) fn begin_compliant<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
@@ -81,7 +89,7 @@ impl Resolver {
             return Ok(());
         }
         for _ in 0..MOST_CHANGES {
-            let Some((element, state)) = self.next_change(system)? else {
+            let Some((element, state)) = self.next_change(system, |state| !state.is_held())? else {
                 break;
             };
             self.regime = self.regime.with(element, state);
@@ -90,14 +98,53 @@ impl Resolver {
         Ok(())
     }
 
+    /// The elements that give way, lie at their seats and rest there: their preloads may bear them.
+    pub(super) fn seats_at_rest<Y: HybridSystem + ?Sized>(&self, system: &Y) -> Vec<usize> {
+        let rests = |&element: &usize| {
+            let may_bear = system.element_law(element).by_state().seat().is_some()
+                && self.regime.leaves_free(element);
+            // What was borne is so at rest, but for an impact.
+            let is_borne = self.impulses.is_empty() && self.were_held.contains(&element);
+            let is_there = || self.is_at_zero(system, element) && self.is_still(system, element);
+            may_bear && (is_borne || is_there())
+        };
+        self.compliant.iter().copied().filter(rests).collect()
+    }
+
+    /// Whether the bounces of a body that arrives at the seat of an element rise no higher, and sink no deeper, than the tolerance: with a
+    /// dashpot they are lower each time, without ever ending, and are left out (theory 22).
+    pub(super) fn comes_to_its_seat<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        guard: Guard,
+    ) -> Result<bool> {
+        let element = guard.element;
+        let own = system.element_law(element).by_state();
+        let force = own.force(ElementState::Pressed);
+        let force = force.filter(|force| force.damping > 0.0 && force.preload > 0.0);
+        let Some(force) = force.filter(|_| guard.kind == GuardKind::Gap) else {
+            return Ok(false);
+        };
+        let reach = system.flight_sizes(element).reach;
+        self.reaches[element] = larger(self.reaches[element], reach);
+        let state = system.gap(element);
+        let pull = -self.drawn(system, (element, state), &self.held)?;
+        let stopped = force.preload * self.give_beside_held(system, element)? - pull;
+        let weakest = pull.min(stopped);
+        if weakest <= 0.0 {
+            return Ok(false);
+        }
+        let height = 0.5 * state.speed.powi(2) / weakest;
+        let time = -2.0 * state.speed / weakest;
+        let lasts = time * system.free_jerk(element)?.abs() < weakest;
+        Ok(lasts && height < system.tolerance(element, self.reaches[element]))
+    }
+
     /// Takes note of what is zero from where a guard has fallen through zero on; of one that had been below zero the place of the element alone
     /// is that of the body.
     pub(super) fn note_zero(&mut self, guard: Guard, next: ElementState, was_zero: bool) {
-        let zero = guard.kind.leaves_at_zero(next);
-        let is_place = next == ElementState::Relaxing;
-        if let Some((kind, count)) = zero.filter(|_| was_zero || is_place) {
+        if let Some((kind, count)) = guard.kind.leaves_at_zero(next, was_zero) {
             let own = Guard { kind, ..guard };
-            let count = if was_zero { count } else { 1 };
             self.zeros.push((own, count, self.n_impacts));
         }
     }
@@ -112,33 +159,51 @@ impl Resolver {
         })
     }
 
-    /// An element that goes on in another state, as one of its guards is below zero or about to be; without one the orders of the roots of
-    /// all guards are known.
+    /// An element that goes on in another state of those that are asked for, as one of its guards is below zero or about to be; without one
+    /// the orders of the roots of all guards are known.
     fn next_change<Y: HybridSystem + ?Sized>(
         &mut self,
         system: &mut Y,
+        is_wanted: impl Fn(ElementState) -> bool,
     ) -> Result<Option<(usize, ElementState)>> {
-        let flight = self.flight_time(system);
         for k in 0..self.compliant.len() {
             let element = self.compliant[k];
-            let state = self.regime.state(element);
-            let law = system.element_law(element).by_state();
-            let outcomes = law.guards(state).iter();
-            let outcomes =
-                outcomes.map(|&kind| (Guard { element, kind }, law.outcome(state, kind)));
-            for (guard, outcome) in outcomes.collect::<Vec<_>>() {
-                let Some(derivatives) = system.guard_derivatives(guard)? else {
-                    continue;
-                };
-                let (order, is_above) = sign_after(derivatives, flight, self.n_zero(guard));
-                if let Outcome::Enters(next) = outcome
-                    && !is_above
-                {
-                    self.note_zero(guard, next, order > 0);
-                    return Ok(Some((element, next)));
-                }
-                self.root_orders.note(guard, order.min(LATE));
+            let change = self.change_of(system, element)?;
+            if let Some(state) = change.filter(|state| is_wanted(*state)) {
+                return Ok(Some((element, state)));
             }
+        }
+        Ok(None)
+    }
+
+    /// The state in which an element goes on, where that is another one.
+    fn change_of<Y: HybridSystem + ?Sized>(
+        &mut self,
+        system: &mut Y,
+        element: usize,
+    ) -> Result<Option<ElementState>> {
+        let flight = self.flight_time(system);
+        let state = self.state_of(element);
+        let law = system.element_law(element).by_state();
+        let has_seat = law.seat().is_some();
+        let outcomes = law.guards(state).iter();
+        let outcomes = outcomes.map(|&kind| (Guard { element, kind }, law.outcome(state, kind)));
+        for (guard, outcome) in outcomes.collect::<Vec<_>>() {
+            let Outcome::Enters(next) = outcome else {
+                continue;
+            };
+            let Some(derivatives) = system.guard_derivatives(guard)? else {
+                continue;
+            };
+            let (order, is_above) = sign_after(derivatives, flight, self.n_zero(guard));
+            if !is_above {
+                // What comes to its seat without a speed may be borne there.
+                let is_at_rest = has_seat && guard.is_seat() && order > 1;
+                let next = if is_at_rest { ElementState::Held } else { next };
+                self.note_zero(guard, next, order > 0);
+                return Ok(Some(next));
+            }
+            self.root_orders.note(guard, order.min(LATE));
         }
         Ok(None)
     }

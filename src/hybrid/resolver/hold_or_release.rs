@@ -2,7 +2,7 @@
 //! others open (theory 9, at acceleration level). Where a force falls through zero is found in `hybrid` (`closed_form/regime_flight.rs`,
 //! `integrated/release.rs`); the law of the forces is `impact/contact_force.rs`.
 
-use super::resting::{Resting, carriers, depend, is_bound};
+use super::resting::{Resting, carriers, depend, is_bound, reduced};
 use super::strike::take;
 use super::{Resolved, Resolver, Unresolved, least_speed};
 use crate::event::next::LATE;
@@ -10,6 +10,7 @@ use crate::event::next::LATE;
 use crate::error::Result;
 use crate::hybrid::system::{GapState, HybridSystem};
 use crate::impact::{ContactForce, Release, contact_forces};
+use crate::law::{ElementState, Guard};
 
 use crate::tolerance::{DEPENDENT, FACING, GAP_ROUNDING, RELEASED, RELEASES_AT_ONCE};
 use nalgebra::{DMatrix, DVector};
@@ -32,6 +33,8 @@ impl Resolver {
                 self.root_orders[stop] = 1;
             }
         }
+        let seats = self.seats_at_rest(system);
+        resting.extend(&seats);
         if resting.is_empty() && self.were_held.is_empty() {
             return Ok(Ok(()));
         }
@@ -40,6 +43,11 @@ impl Resolver {
         }
         self.enter(system)?;
         self.stop_what_rests(system, &resting)?;
+        for seat in seats {
+            if !self.held.contains(&seat) {
+                self.note_zero(Guard::force(seat), ElementState::Free, false);
+            }
+        }
         Ok(Ok(()))
     }
 
@@ -68,6 +76,7 @@ impl Resolver {
     ) -> Resolved {
         let now = system.clock().time();
         self.impulses.clear();
+        self.note_zero(Guard::force(stop), ElementState::Free, true);
         self.releases.note(now, stop);
         // Stops without speed at the start of the flight may have one now.
         if !self.departed_at(now) {
@@ -136,7 +145,7 @@ impl Resolver {
     }
 
     /// Whether a stop in contact has no normal speed: an inelastic impact leaves one of rounding size, which is none.
-    fn is_still<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
+    pub(super) fn is_still<Y: HybridSystem + ?Sized>(&self, system: &Y, stop: usize) -> bool {
         let state = system.gap(stop);
         self.zero_speed.contains(&stop) || state.speed.abs() <= least_speed(system, stop, state)
     }
@@ -355,6 +364,19 @@ impl Resolver {
             .map(|(j, force)| delassus[(k, j)] * force.force)
             .sum();
         Ok(free + added)
+    }
+
+    /// What an impulse of one on a stop changes its normal speed by while those held are: its Delassus number beside them.
+    pub(super) fn give_beside_held<Y: HybridSystem + ?Sized>(
+        &self,
+        system: &Y,
+        stop: usize,
+    ) -> Result<f64> {
+        let mut stops = self.held.clone();
+        stops.push(stop);
+        let delassus = system.delassus(&stops)?;
+        let held: Vec<usize> = (0..self.held.len()).collect();
+        Ok(reduced(&delassus, &held, &[self.held.len()])[(0, 0)])
     }
 
     /// The contact forces that hold stops at rest, by the sizes of the terms of their accelerations and their Delassus matrix;

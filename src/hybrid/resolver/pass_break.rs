@@ -16,6 +16,7 @@ impl Resolver {
     ) -> Resolved {
         system.set_time(at);
         self.zeros.clear();
+        self.impulses.clear();
         let resolved = self.judge_at_break(system, recorder)?;
         self.settle_compliant(system, resolved, recorder)
     }
@@ -27,10 +28,11 @@ impl Resolver {
         recorder: &mut R,
     ) -> Resolved {
         self.find_touching(system)?;
-        let is_held_alone = self.touching == self.held;
+        let held = self.held.clone();
+        let is_held_alone = self.touching.iter().all(|stop| held.contains(stop));
         let is_struck = self.is_struck(system);
         let resolved = self.judge_touching(system, recorder)?;
-        if is_held_alone && !is_struck && self.held == self.touching {
+        if is_held_alone && !is_struck && self.held == held {
             recorder.continue_segment();
         }
         Ok(resolved)
@@ -47,7 +49,7 @@ impl Resolver {
         system: &mut Y,
         recorder: &mut R,
     ) -> Resolved {
-        if self.touching.is_empty() {
+        if self.touching.is_empty() && self.held.is_empty() && self.zero_speed.is_empty() {
             self.root_orders.clear();
             return Ok(Ok(()));
         }

@@ -143,7 +143,7 @@ pub(super) fn is_bound(normals: &DMatrix<f64>, held: &[usize], contact: usize) -
 }
 
 /// The Delassus matrix of some contacts while others are held.
-fn reduced(delassus: &DMatrix<f64>, held: &[usize], contacts: &[usize]) -> DMatrix<f64> {
+pub(super) fn reduced(delassus: &DMatrix<f64>, held: &[usize], contacts: &[usize]) -> DMatrix<f64> {
     let part =
         |rows: &[usize], columns: &[usize]| delassus.select_rows(rows).select_columns(columns);
     let own = part(contacts, contacts);
