@@ -97,7 +97,11 @@ pub(crate) struct SearchSummary {
 
 impl<'f, F: LinearFlow> ContactSearch<'f, F> {
     pub fn new(flow: &'f F, gaps: Vec<GapRow>) -> Self {
-        let levels = PropagatorLevels::new(flow);
+        Self::with(flow, gaps, PropagatorLevels::new(flow))
+    }
+
+    /// That of a flow whose propagators were made by another search.
+    pub fn with(flow: &'f F, gaps: Vec<GapRow>, levels: PropagatorLevels<F>) -> Self {
         Self {
             flow,
             active: Vec::with_capacity(gaps.len()),
@@ -113,6 +117,11 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
             state: Vec::new(),
             n_gap_evaluations: 0,
         }
+    }
+
+    /// The propagators that it has made.
+    pub fn into_levels(self) -> PropagatorLevels<F> {
+        self.levels
     }
 
     /// Resets what depends on earlier flights, so that the next run has the same bits as a first one.

@@ -5,9 +5,9 @@
 use crate::error::Result;
 use crate::flow::derivative::{LinearEquations, solve_columns};
 use crate::flow::derivatives_at::{QuantityDerivatives, derivatives_at};
-use crate::flow::gap_row::Quantity;
+use crate::flow::gap_row::{GapRow, Quantity};
 use crate::flow::imposed_motion::ImposedMotion;
-use crate::flow::linear::propagate;
+use crate::flow::linear::{FlowRows, propagate};
 use crate::flow::modal_scene::ModalScene;
 use crate::flow::reduced_system::{Reduced, cleared, in_modes, uncoupled, without_rounding};
 use crate::flow::regime_drive::RegimeDrive;
@@ -46,6 +46,8 @@ pub(crate) struct RegimeMotion {
     pub forces: Vec<Quantity>,
     /// The guards but for contact forces; of stops that do not give way those that can change.
     others: Vec<(Guard, Quantity)>,
+    /// All guards as rows on the state of the flow, made when first needed.
+    rows: OnceLock<Vec<GapRow>>,
 }
 
 impl RegimeMotion {
@@ -154,6 +156,15 @@ impl RegimeMotion {
             relaxing,
             flow,
             forces,
+            rows: OnceLock::new(),
+        })
+    }
+
+    /// The guards of the regime as rows on the state of the flow, in the order of [`guards`](Self::guards).
+    pub fn rows(&self) -> &[GapRow] {
+        self.rows.get_or_init(|| {
+            let row = |(_, quantity)| with_flow!(&self.flow, flow => flow.gap_row(quantity));
+            self.guards().map(row).collect()
         })
     }
 

@@ -56,25 +56,32 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         })
     }
 
-    /// Takes the accelerations of all gaps beside the elements that are pressed.
-    pub(super) fn take_pulls(&mut self, motion: &RegimeMotion) {
-        let (state, at) = (self.reduced(motion), self.moment());
-        self.compliant.pulls.fill(None);
-        for (guard, quantity) in motion.guards() {
-            let sign = match guard.kind {
-                GuardKind::Gap => 1.0,
-                GuardKind::Approach => -1.0,
-                _ => continue,
-            };
-            let derivatives = motion.derivatives(quantity, (&state, at));
-            let [_, _, [bend, _], [jerk, _]] = derivatives.derivatives;
-            self.compliant.pulls[guard.element] = Some(GapPull {
-                acceleration: sign * bend,
-                jerk: sign * jerk,
-                size: derivatives.bend_size,
-                lost: derivatives.bend_lost,
-            });
-        }
+    /// The acceleration of a gap, where it is not the free one.
+    #[inline]
+    pub(super) fn pull(&self, stop: usize) -> Option<&GapPull> {
+        let motion = self.compliant.motion.as_ref()?;
+        let known = &self.compliant.pulls[stop];
+        known.get_or_init(|| self.pull_in(motion, stop)).as_ref()
+    }
+
+    /// The acceleration of a gap beside the elements that are pressed; `None` of one that cannot change.
+    #[cold]
+    fn pull_in(&self, motion: &RegimeMotion, stop: usize) -> Option<GapPull> {
+        let mut own = motion.guards().filter(|own| own.0.element == stop);
+        let (guard, quantity) = own.find(|own| own.0.is_seat())?;
+        let sign = if guard.kind == GuardKind::Gap {
+            1.0
+        } else {
+            -1.0
+        };
+        let derivatives = motion.derivatives(quantity, (&self.reduced(motion), self.moment()));
+        let [_, _, [bend, _], [jerk, _]] = derivatives.derivatives;
+        Some(GapPull {
+            acceleration: sign * bend,
+            jerk: sign * jerk,
+            size: derivatives.bend_size,
+            lost: derivatives.bend_lost,
+        })
     }
 
     /// A guard of the present regime; `None` of one that cannot change.

@@ -2,6 +2,7 @@
 
 use crate::flow::RegimeMotion;
 use crate::law::Relaxation;
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// The acceleration of a gap where nothing is held, under the forces of the elements that are pressed.
@@ -27,7 +28,8 @@ pub(super) struct RelaxingPlace {
 pub(super) struct CompliantElements {
     /// The motion without what is held, where that is not the free one.
     pub motion: Option<Arc<RegimeMotion>>,
-    pub pulls: Vec<Option<GapPull>>,
+    /// What is known of each gap's, once it has been asked for; of one that cannot change nothing.
+    pub pulls: Vec<OnceCell<Option<GapPull>>>,
     pub places: Vec<RelaxingPlace>,
 }
 
@@ -36,7 +38,7 @@ impl CompliantElements {
     pub fn new(n_stops: usize) -> Self {
         Self {
             motion: None,
-            pulls: vec![None; n_stops],
+            pulls: vec![OnceCell::new(); n_stops],
             places: Vec::new(),
         }
     }
@@ -44,16 +46,16 @@ impl CompliantElements {
     /// That all are free.
     pub fn forget(&mut self) {
         if self.motion.take().is_some() {
-            self.pulls.fill(None);
             self.places.clear();
         }
     }
 
-    /// The acceleration of a gap, where it is not the free one.
+    /// Forgets what was asked of a state that has changed.
     #[inline]
-    pub fn pull(&self, stop: usize) -> Option<&GapPull> {
-        self.motion.as_ref()?;
-        self.pulls[stop].as_ref()
+    pub fn changed(&mut self) {
+        if self.motion.is_some() {
+            self.pulls.fill(OnceCell::new());
+        }
     }
 
     /// Lets those that relax do so for a time.

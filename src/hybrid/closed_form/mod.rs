@@ -5,6 +5,7 @@ mod compliant;
 mod compliant_elements;
 mod flight_sampler;
 mod impacts;
+mod kept_regimes;
 mod maps;
 mod regime_flight;
 mod system;

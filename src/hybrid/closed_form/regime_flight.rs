@@ -1,9 +1,11 @@
 //! Exact flights in regimes that are not free: the motion has modes of its own there, and all guards are searched as gaps are (theory 9).
 
 use super::arcs::{RegimeArc, reported};
+use super::kept_regimes::KeptLevels;
 use super::system::{ClosedForm, is_before, is_within};
 use crate::error::Result;
 use crate::event::first_root::{FirstEvent, FirstRoot};
+use crate::event::levels::PropagatorLevels;
 use crate::event::next::{ContactSearch, Grazed, LATE, SearchSummary};
 use crate::flow::gap_model::GapModel;
 use crate::flow::{GapRow, LinearFlow, Quantity, RegimeMotion, with_flow};
@@ -67,12 +69,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
 
     /// The motion in a regime that is not free.
     pub(super) fn motion_in(&mut self, regime: &Regime) -> Result<Arc<RegimeMotion>> {
-        if let Some(known) = self.regimes.iter().find(|own| own.regime == *regime) {
-            return Ok(Arc::clone(known));
-        }
-        let motion = self.timed.in_regime(regime)?;
-        self.regimes.push(Arc::clone(&motion));
-        Ok(motion)
+        self.regimes.motion(regime, || self.timed.in_regime(regime))
     }
 
     /// Time derivatives of some orders of the gaps of some stops in a regime, and what rounding leaves unknown of each.
@@ -137,8 +134,9 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         let back = self.compliant.first_back().filter(|own| own.1 <= span);
         let back = back.map(|(element, time)| (Guard::place(element), time));
         let searched = back.map_or(span, |own| own.1);
+        let kept = self.regimes.levels(motion);
         let (next, seen, touches) =
-            with_flow!(&motion.flow, flow => flight.next(flow, searched, observer))?;
+            with_flow!(&motion.flow, flow => flight.next(flow, searched, kept, observer))?;
         // A search may look beyond its span.
         let is_late = |own: &(Guard, f64)| back.is_some_and(|back| back.1 < own.1);
         let next = next.filter(|own| !is_late(own)).or(back);
@@ -194,16 +192,19 @@ struct RegimeFlight<'a> {
 
 impl RegimeFlight<'_> {
     /// What ends it within a span, and when; what was seen of the gaps, and the touches.
-    fn next<H: LinearFlow>(
+    fn next<H: LinearFlow + 'static>(
         &self,
         flow: &H,
         span: f64,
+        kept: &mut KeptLevels,
         observer: &mut Observer,
     ) -> Result<(Option<(Guard, f64)>, SearchSummary, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.state_from_modal(&self.modal_state, self.at, &mut state);
         let (guards, rows) = watched(flow, self.motion, (&self.modal_state, &state));
-        let mut search = ContactSearch::new(flow, rows);
+        let levels = kept.take().and_then(|kept| kept.downcast().ok());
+        let levels = levels.map_or_else(|| PropagatorLevels::new(flow), |kept| *kept);
+        let mut search = ContactSearch::with(flow, rows, levels);
         search.evaluate(&state);
         let order = |(place, guard): (usize, &Guard)| {
             let known = self.orders.of(*guard);
@@ -244,6 +245,7 @@ impl RegimeFlight<'_> {
             roundings: gaps.map(rounding).collect(),
             n_gap_evaluations: search.n_gap_evaluations,
         };
+        *kept = Some(Box::new(search.into_levels()));
         Ok((found, seen, touches))
     }
 }
@@ -257,8 +259,8 @@ fn watched<H: LinearFlow>(
     let (mut derivatives, mut norms) = (Vec::new(), Vec::new());
     flow.derivatives(state, &mut derivatives);
     flow.norms(state, &mut norms);
-    let row = |(guard, quantity): (Guard, &Quantity)| {
-        let row = flow.gap_row(quantity);
+    let row = |((guard, quantity), row): ((Guard, &Quantity), &GapRow)| {
+        let row = row.clone();
         if guard.kind == GuardKind::Approach {
             return Some((guard, row.that_may_settle()));
         }
@@ -271,7 +273,7 @@ fn watched<H: LinearFlow>(
         let is_flat = row.most(&norms) <= (FLAT_FORCE * size).max(lost);
         (!is_flat).then_some((guard, row))
     };
-    motion.guards().filter_map(row).unzip()
+    motion.guards().zip(motion.rows()).filter_map(row).unzip()
 }
 
 /// The number of leading derivatives of a contact force that are zero, as far as a cubic tells: beside its terms, or beside what it

@@ -3,6 +3,7 @@
 
 use super::compliant_elements::CompliantElements;
 use super::flight_sampler::FlightSampler;
+use super::kept_regimes::KeptRegimes;
 use crate::error::Result;
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::next::{ContactSearch, Grazed};
@@ -63,8 +64,7 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     tolerances: Tolerances,
     /// What the tolerances allow as an absolute error of each gap.
     allowed: Vec<f64>,
-    /// The motions in regimes that are not free, made when first needed.
-    pub(super) regimes: Vec<Arc<RegimeMotion>>,
+    pub(super) regimes: KeptRegimes,
     /// The one that holds now.
     pub(super) regime_motion: Option<Arc<RegimeMotion>>,
     /// What elements that give way do to the others.
@@ -89,7 +89,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             search: ContactSearch::new(flow, gaps.collect()),
             tolerances,
             allowed: vec![0.0; scene.n_stops()],
-            regimes: Vec::new(),
+            regimes: KeptRegimes::default(),
             regime_motion: None,
             compliant: CompliantElements::new(scene.n_stops()),
             velocity_rows: scene
@@ -173,6 +173,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
         for gap in &mut self.known {
             gap.set(None);
         }
+        self.compliant.changed();
     }
 
     /// `(1 + e)/(n.b)` of a stop now.
@@ -206,9 +207,6 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
     fn evaluate_gaps(&mut self) -> Result<()> {
         self.changed();
         self.search.evaluate(&self.state);
-        if let Some(motion) = self.compliant.motion.clone() {
-            self.take_pulls(&motion);
-        }
         Ok(())
     }
 
@@ -229,7 +227,7 @@ impl<F: LinearFlow> Gaps for ClosedForm<'_, F> {
                 jerk: Some(6.0 * model.c[3]),
                 size: model.size,
             };
-            if let Some(pull) = self.compliant.pull(stop) {
+            if let Some(pull) = self.pull(stop) {
                 (gap.acceleration, gap.jerk) = (pull.acceleration, Some(pull.jerk));
             }
             known.set(Some(gap));
@@ -365,10 +363,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
         // Forces that have just become zero one by one are known to the rounding of the motion.
         let size = |&stop: &usize| {
             let modal = self.search.acceleration_size(stop);
-            let modal = self
-                .compliant
-                .pull(stop)
-                .map_or(modal, |pull| pull.size.max(modal));
+            let modal = self.pull(stop).map_or(modal, |pull| pull.size.max(modal));
             let pushed = self.pushes().map(|(element, force)| {
                 let give = normal(stop).dot(&geometry.reactions.column(element));
                 give.abs() * force.size_at(self.gap(element).size, self.speed_size(element))
@@ -381,9 +376,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
 
     fn acceleration_lost(&self, stop: usize) -> f64 {
         let own = self.search.acceleration_lost(stop);
-        self.compliant
-            .pull(stop)
-            .map_or(own, |pull| own.max(pull.lost))
+        self.pull(stop).map_or(own, |pull| own.max(pull.lost))
     }
 
     fn gap_derivatives(
@@ -406,7 +399,7 @@ impl<F: LinearFlow> Accelerations for ClosedForm<'_, F> {
 
     fn free_jerk(&mut self, stop: usize) -> Result<f64> {
         let own = 6.0 * self.search.model(stop).c[3];
-        Ok(self.compliant.pull(stop).map_or(own, |pull| pull.jerk))
+        Ok(self.pull(stop).map_or(own, |pull| pull.jerk))
     }
 
     fn left_at_release(&self) -> f64 {
@@ -477,6 +470,10 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
             return Ok(());
         }
         let motion = self.motion_in(regime)?;
+        if regime.constrained().is_empty() {
+            self.regime_motion = Some(motion);
+            return self.evaluate_gaps();
+        }
         let (q, v) = self.settled(regime)?;
         let at = self.moment();
         let (q, v) = motion.lift(&motion.reduce(&q, &v, at), at);
@@ -622,7 +619,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
     }
 
     fn regime_motions(&self) -> Vec<Arc<RegimeMotion>> {
-        self.regimes.clone()
+        self.regimes.motions()
     }
 }
 
