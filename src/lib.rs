@@ -50,7 +50,7 @@ pub use error::{Error, Result};
 pub use exponents::*;
 pub use impact::*;
 pub use law::{ContactRelease, IntoLaw, Law, Newton, Spring};
-pub use modal::{Modes, Spectrum, modes, spectrum};
+pub use modal::{Modes, Spectrum, modes, modes_in, spectrum, spectrum_in};
 pub use model::*;
 pub use nalgebra;
 pub use observer::with_observer;

@@ -24,9 +24,10 @@ impl<'a> Numbers<'a> {
         let values: Vec<f64> = values.collect::<Result<_>>()?;
         // Clearances are felt as parts of the motion, factors and restitutions of one.
         let size = |(&parameter, &value): (&Parameter, &f64)| match parameter.unit() {
-            Unit::Frequency => value,
             Unit::Length => farthest.max(value.abs()),
             Unit::One => 1.0,
+            Unit::Own if value == 0.0 => 1.0,
+            Unit::Frequency | Unit::Own => value,
         };
         let sizes = parameters.iter().zip(&values).map(size).collect();
         Ok(Self {

@@ -23,6 +23,19 @@ pub enum Law {
     OfTest(std::sync::Arc<dyn ContactLaw>),
 }
 
+/// A number of a law of contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LawNumber {
+    /// e \[-\] of a rigid one.
+    Restitution,
+    /// k \[N/m\] of one that gives way.
+    Stiffness,
+    /// c \[N s/m\].
+    Damping,
+    /// F0 \[N\].
+    Preload,
+}
+
 /// What says which law of contact a stop has: a law, or the restitution \[-\] of a rigid one.
 pub trait IntoLaw {
     /// The law.
@@ -73,6 +86,47 @@ impl Law {
     pub fn restitution(&self) -> Option<Restitution> {
         let restitution = self.by_state().restitution();
         restitution.map(Restitution::known)
+    }
+
+    /// A number of it, if it has that.
+    pub(crate) fn number(&self, number: LawNumber) -> Option<f64> {
+        match (self, number) {
+            (Self::Newton(own), LawNumber::Restitution) => Some(own.restitution()),
+            (Self::Spring(own), LawNumber::Stiffness) => Some(own.stiffness()),
+            (Self::Spring(own), LawNumber::Damping) => Some(own.damping()),
+            (Self::Spring(own), LawNumber::Preload) => Some(own.preload()),
+            _ => None,
+        }
+    }
+
+    /// The same law with another value of a number that it has.
+    ///
+    /// # Errors
+    /// A value beyond the domain of the number.
+    pub(crate) fn with(&self, number: LawNumber, value: f64) -> Result<Self> {
+        let Self::Spring(own) = self else {
+            return value.into_law();
+        };
+        let spring = |stiffness, damping, preload| {
+            Spring::new(stiffness, damping, own.release())?.with_preload(preload)
+        };
+        let (k, c, preload) = (own.stiffness(), own.damping(), own.preload());
+        let made = match number {
+            LawNumber::Stiffness => spring(value, c, preload),
+            LawNumber::Damping => spring(k, value, preload),
+            _ => spring(k, c, value),
+        };
+        made.map(Self::Spring)
+    }
+
+    /// Its name.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Self::Newton(_) => "Newton",
+            Self::Spring(_) => "Spring",
+            #[cfg(test)]
+            Self::OfTest(_) => "a law of a test",
+        }
     }
 
     /// The law by its states.

@@ -15,6 +15,7 @@ mod transition;
 
 pub(crate) use contact_law::{LinearForce, Outcome, Relaxation};
 pub use contact_release::ContactRelease;
+pub(crate) use element_law::LawNumber;
 pub use element_law::{IntoLaw, Law};
 #[cfg(test)]
 pub(crate) use example::Cushion;

@@ -9,6 +9,7 @@ mod oscillator_roots;
 mod propagation;
 mod ramped;
 mod real;
+mod regime_modes;
 mod state;
 
 pub(crate) use crate::linalg::plane::{Pair, times};
@@ -17,4 +18,5 @@ pub(crate) use complex::check_range;
 pub(crate) use form::{Form, ModalForm, pairs, rate_bound};
 pub use modes::{Modes, Spectrum, modes, spectrum};
 pub(crate) use propagation::Propagation;
+pub use regime_modes::{modes_in, spectrum_in};
 pub(crate) use state::ModalState;

@@ -41,6 +41,19 @@ pub struct Spectrum {
     shapes: Columns,
 }
 
+impl Modes {
+    /// Those of a spectrum.
+    pub(super) fn of(spectrum: Spectrum) -> Result<Self> {
+        Ok(Self {
+            shapes: spectrum.shapes()?,
+            natural_frequencies: spectrum.natural_frequencies,
+            damping_ratios: spectrum.damping_ratios,
+            eigenvalues: spectrum.eigenvalues,
+            is_proportional: spectrum.is_proportional,
+        })
+    }
+}
+
 /// The shapes of modes as they were found.
 #[derive(Debug, Clone)]
 enum Columns {
@@ -49,6 +62,16 @@ enum Columns {
 }
 
 impl Spectrum {
+    /// The same of a motion along some directions, the columns of a matrix of shape `(n, m)`, \[-\].
+    pub(super) fn lifted(mut self, directions: &DMatrix<f64>) -> Self {
+        let shapes = match self.shapes {
+            Columns::Real(shapes) => shapes.to_dense().map(Complex::from),
+            Columns::Complex(shapes) => shapes,
+        };
+        self.shapes = Columns::Complex(directions.map(Complex::from) * shapes);
+        self
+    }
+
     /// The shapes, as [`Modes::shapes`].
     ///
     /// # Errors
@@ -96,14 +119,7 @@ impl Spectrum {
 /// # Ok::<(), vibroimpact::Error>(())
 /// ```
 pub fn modes(system: &LinearSystem) -> Result<Modes> {
-    let spectrum = spectrum(system)?;
-    Ok(Modes {
-        shapes: spectrum.shapes()?,
-        natural_frequencies: spectrum.natural_frequencies,
-        damping_ratios: spectrum.damping_ratios,
-        eigenvalues: spectrum.eigenvalues,
-        is_proportional: spectrum.is_proportional,
-    })
+    Modes::of(spectrum(system)?)
 }
 
 /// The modes of a linear system without their shapes: of a diagonal one in O(n) memory.

@@ -2,9 +2,9 @@
 //! them. A number that stops have is one of [`StopNumber`], here alone.
 
 use crate::error::{Error, Result};
-use crate::law::IntoLaw;
+use crate::law::LawNumber;
 use crate::model::constraint::Constraint;
-use crate::quantity::{Restitution, finite, positive};
+use crate::quantity::{Restitution, finite, not_negative, positive};
 
 /// A number that stops have, each of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,8 +12,14 @@ use crate::quantity::{Restitution, finite, positive};
 pub enum StopNumber {
     /// The gap at q = 0 \[m\].
     Clearance,
-    /// The restitution coefficient \[-\].
+    /// The restitution coefficient \[-\] of a rigid stop.
     Restitution,
+    /// The stiffness \[N/m\] of a stop that gives way.
+    ContactStiffness,
+    /// Its damping \[N s/m\].
+    ContactDamping,
+    /// Its preload \[N\].
+    Preload,
 }
 
 /// A number of a scene that sweeps and searches may vary, by the name it has in `Scene::replace`.
@@ -42,23 +48,46 @@ pub(crate) enum Unit {
     Frequency,
     /// A number that is of the order of one.
     One,
+    /// A number of another kind: its own size is all that is known of it.
+    Own,
 }
 
 impl StopNumber {
-    const ALL: [Self; 2] = [Self::Clearance, Self::Restitution];
+    const ALL: [Self; 5] = [
+        Self::Clearance,
+        Self::Restitution,
+        Self::ContactStiffness,
+        Self::ContactDamping,
+        Self::Preload,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clearance => "clearance",
             Self::Restitution => "restitution",
+            Self::ContactStiffness => "contact_stiffness",
+            Self::ContactDamping => "contact_damping",
+            Self::Preload => "preload",
         }
+    }
+
+    /// The number of the law of a stop that it is, if it is one.
+    fn of_law(self) -> Option<LawNumber> {
+        Some(match self {
+            Self::Clearance => return None,
+            Self::Restitution => LawNumber::Restitution,
+            Self::ContactStiffness => LawNumber::Stiffness,
+            Self::ContactDamping => LawNumber::Damping,
+            Self::Preload => LawNumber::Preload,
+        })
     }
 
     fn unit(self) -> Unit {
         match self {
             Self::Clearance => Unit::Length,
             Self::Restitution => Unit::One,
+            Self::ContactStiffness | Self::ContactDamping | Self::Preload => Unit::Own,
         }
     }
 
@@ -66,20 +95,23 @@ impl StopNumber {
         match self {
             Self::Clearance => finite(self.name(), value).map(drop),
             Self::Restitution => Restitution::new(value).map(drop),
+            Self::ContactStiffness => positive(self.name(), value).map(drop),
+            Self::ContactDamping | Self::Preload => not_negative(self.name(), value).map(drop),
         }
     }
 
     /// The value that a stop has, NaN of a number that it has not.
     pub(super) fn of(self, stop: &Constraint) -> f64 {
-        match self {
-            Self::Clearance => stop.clearance(),
-            Self::Restitution => stop.restitution(),
+        match self.of_law() {
+            None => stop.clearance(),
+            Some(number) => stop.contact().number(number).unwrap_or(f64::NAN),
         }
     }
 
-    /// Whether a stop is meant where the number is one of every stop: of restitutions the rigid ones are.
+    /// Whether a stop is meant where the number is one of every stop: those whose law has it.
     pub(super) fn is_of(self, stop: &Constraint) -> bool {
-        self == Self::Clearance || stop.contact().restitution().is_some()
+        let number = self.of_law();
+        number.is_none_or(|number| stop.contact().number(number).is_some())
     }
 
     /// Gives a stop another value.
@@ -87,9 +119,9 @@ impl StopNumber {
     /// # Errors
     /// A value beyond the domain, a stop that has no such number.
     pub(crate) fn set(self, stop: &mut Constraint, value: f64) -> Result<()> {
-        match (self, stop) {
-            (Self::Clearance, Constraint::Stop(stop)) => stop.set_clearance(value),
-            (Self::Clearance, stop) => {
+        match (self.of_law(), stop) {
+            (None, Constraint::Stop(stop)) => stop.set_clearance(value),
+            (None, stop) => {
                 let instead = match stop {
                     Constraint::Wall(_) => "a wall has a position",
                     _ => "a nonlinear stop has a gap function",
@@ -97,12 +129,15 @@ impl StopNumber {
                 let rule = format!("{instead} instead; replace the stops");
                 Err(Error::bad_value(self.name(), value, rule))
             }
-            (Self::Restitution, stop) => {
+            (Some(number), stop) => {
                 if !self.is_of(stop) {
-                    let rule = "a stop that gives way (Spring) has none; replace the stops";
+                    let law = stop.contact().name();
+                    let rule = format!("a stop with the law {law} has none; replace the stops");
                     return Err(Error::bad_value(self.name(), value, rule));
                 }
-                *stop.law_mut() = value.into_law()?;
+                self.check(value)?;
+                let law = stop.contact().with(number, value)?;
+                *stop.law_mut() = law;
                 Ok(())
             }
         }

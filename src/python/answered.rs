@@ -57,12 +57,15 @@ pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
 }
 
 /// The numbers of a scene.
-const OF_SCENES: [&str; 6] = [
+const OF_SCENES: [&str; 9] = [
     "forcing_scale",
     "frequency",
     "phase",
     "clearance",
     "restitution",
+    "contact_stiffness",
+    "contact_damping",
+    "preload",
     "amplitude",
 ];
 

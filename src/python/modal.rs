@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::impact::{self, RecoveryAudit};
 use crate::modal::{self, Spectrum};
+use crate::model::Scene;
 use crate::python::array::{matrix, out_complex, out_matrix, out_vector};
 use crate::python::model::{PyLinearSystem, PyScene, normals};
 use crate::python::pattern::stop_set;
@@ -18,26 +19,52 @@ use pyo3::prelude::*;
 #[pyclass(name = "Modes", module = "vibroimpact", frozen)]
 pub(crate) struct PyModes {
     modes: Spectrum,
-    system: PyLinearSystem,
+    of: Py<PyAny>,
+    pressed: Vec<usize>,
+    held: Vec<usize>,
 }
 
 #[pymethods]
 impl PyModes {
     #[new]
-    fn new(py: Python<'_>, system: PyRef<'_, PyLinearSystem>) -> PyResult<Self> {
-        let system = system.clone();
-        let core = &system.0;
-        let modes = interrupt::run(py, false, || modal::spectrum(core))?;
-        Ok(Self { modes, system })
+    #[pyo3(signature = (system_or_scene, pressed=None, held=None))]
+    fn new(
+        system_or_scene: &Bound<'_, PyAny>,
+        pressed: Option<Vec<usize>>,
+        held: Option<Vec<usize>>,
+    ) -> PyResult<Self> {
+        let (pressed, held) = (pressed.unwrap_or_default(), held.unwrap_or_default());
+        let py = system_or_scene.py();
+        let is_whole = pressed.is_empty() && held.is_empty();
+        let scene = system_or_scene.cast::<PyScene>().ok();
+        let scene = scene.map(|own| &own.get().0);
+        let is_linear = |scene: &&Scene| !is_whole || scene.linear_system("modes").is_ok();
+        let modes = if let Some(scene) = scene.filter(is_linear) {
+            let of = || modal::spectrum_in(scene, &pressed, &held);
+            interrupt::run(py, false, of)?
+        } else {
+            let system = &linear(system_or_scene)?.0;
+            if !is_whole {
+                let message = "pressed and held are stops of a scene, but a LinearSystem is given";
+                return Err(PyTypeError::new_err(message));
+            }
+            interrupt::run(py, false, || modal::spectrum(system))?
+        };
+        Ok(Self {
+            modes,
+            of: system_or_scene.clone().unbind(),
+            pressed,
+            held,
+        })
     }
 
-    /// Natural frequencies of the undamped system [rad/s], shape (n,); nan where the equilibrium is unstable.
+    /// Natural frequencies of the undamped system [rad/s], shape (m,); nan where the equilibrium is unstable.
     #[getter]
     fn natural_frequencies<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.modes.natural_frequencies)
     }
 
-    /// Mode shapes in the columns, M-orthonormal [1/kg^0.5], shape (n, n); complex where the stiffness is not symmetric. Made when asked for.
+    /// Mode shapes in the columns, M-orthonormal [1/kg^0.5], shape (n, m); complex where the stiffness is not symmetric. Made when asked for.
     ///
     /// Raises
     /// ------
@@ -51,13 +78,13 @@ impl PyModes {
         }
     }
 
-    /// Damping ratios [-], shape (n,).
+    /// Damping ratios [-], shape (m,).
     #[getter]
     fn damping_ratios<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         out_vector(py, &self.modes.damping_ratios)
     }
 
-    /// Eigenvalues of the damped system [1/s], shape (2n,).
+    /// Eigenvalues of the damped system [1/s], shape (2m,).
     #[getter]
     fn eigenvalues<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex<f64>>> {
         out_complex(py, &self.modes.eigenvalues)
@@ -82,29 +109,40 @@ impl PyModes {
         )
     }
 
-    fn __getnewargs__(&self) -> (PyLinearSystem,) {
-        (self.system.clone(),)
+    fn __getnewargs__(&self, py: Python<'_>) -> (Py<PyAny>, Vec<usize>, Vec<usize>) {
+        (
+            self.of.clone_ref(py),
+            self.pressed.clone(),
+            self.held.clone(),
+        )
     }
 }
 
-/// The modes of a linear system.
+/// The modes of a linear system, or of a linear scene in a regime: with some stops pressed, others held.
 ///
 /// Parameters
 /// ----------
-/// system : LinearSystem
-///     The system.
+/// system_or_scene : LinearSystem or Scene
+///     The system, or a linear scene.
+/// pressed : int or sequence of int, optional
+///     Stops of the scene that give way and are pressed: their stiffness and damping act.
+/// held : int or sequence of int, optional
+///     Stops that are held, their gaps at zero: k of them with independent normals leave m = n - k modes.
 ///
 /// Returns
 /// -------
 /// Modes
-///     ``natural_frequencies`` (n,), ``shapes`` (n, n), ``damping_ratios`` (n,), ``eigenvalues`` (2n,), ``is_proportional``.
+///     ``natural_frequencies`` (m,), ``shapes`` (n, m), ``damping_ratios`` (m,), ``eigenvalues`` (2m,), ``is_proportional``;
+///     m = n where nothing is held.
 ///
 /// Raises
 /// ------
 /// ConvergenceError
 ///     If an eigenvalue iteration fails.
 /// TypeError
-///     Anything but a linear system; a nonlinear one has its ``linearise()``.
+///     Anything but a linear system or a scene; a nonlinear system has its ``linearise()``.
+/// ValueError
+///     A scene that is not linear, a stop that does not exist, is named twice or is never in that state.
 ///
 /// Notes
 /// -----
@@ -115,9 +153,28 @@ impl PyModes {
 /// >>> import vibroimpact as vi
 /// >>> vi.modes(vi.paper_system(3.0, 3.24, 0.05)).natural_frequencies.round(6)
 /// array([0.447796, 2.009846])
+/// >>> soft = vi.Stop(0, 0.5, contact=vi.Spring(3.0))
+/// >>> vi.modes(vi.Scene(vi.LinearSystem(1.0, None, 1.0), stops=[soft]), pressed=0).natural_frequencies
+/// array([2.])
 #[pyfunction]
-pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
-    let linear = system.extract().map_err(|_| {
+#[pyo3(signature = (system_or_scene, *, pressed=None, held=None))]
+pub(crate) fn modes(
+    system_or_scene: &Bound<'_, PyAny>,
+    pressed: Option<&Bound<'_, PyAny>>,
+    held: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyModes> {
+    let stops =
+        |name, given: Option<&Bound<'_, PyAny>>| given.map(|own| stop_set(name, own)).transpose();
+    PyModes::new(
+        system_or_scene,
+        stops("pressed", pressed)?,
+        stops("held", held)?,
+    )
+}
+
+/// The linear system that is given.
+fn linear<'py>(system: &Bound<'py, PyAny>) -> PyResult<PyRef<'py, PyLinearSystem>> {
+    system.extract().map_err(|_| {
         let remedy = match system.cast::<PyScene>() {
             Ok(_) => "; take scene.linearise().system",
             Err(_) if system.hasattr("linearise").unwrap_or(false) => "; take system.linearise()",
@@ -127,8 +184,7 @@ pub(crate) fn modes(system: &Bound<'_, PyAny>) -> PyResult<PyModes> {
         PyTypeError::new_err(format!(
             "system is {given}, but a LinearSystem is needed{remedy}"
         ))
-    })?;
-    PyModes::new(system.py(), linear)
+    })
 }
 
 /// The recovery matrix R of the stops hit together: ``x+ = R x-``, ``x = (q, v)``.

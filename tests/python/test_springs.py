@@ -261,3 +261,45 @@ class TestAPreload:
         """A preload goes with exact flights alone."""
         with pytest.raises(ValueError, match=r"stops\[0\] is Spring"):
             vi.simulate(weighed(release, 1.0, 2.0), 0.0, 0.0, (0, 1), method="dop853")
+
+
+def test_numbers_of_laws_are_replaced():
+    """Stiffness, damping and preload of one stop or of all that have them; a law that has none says so."""
+    mixed = between("gap", vi.Stop(0, 0.7, 0.6))
+    assert mixed.replace(contact_stiffness=7.0).stops[1].contact == vi.Spring(7.0, 0.5, release="gap")
+    one = mixed.replace(**{"contact_damping[1]": 0.0, "preload[0]": 0.2})
+    assert one.stops[0].contact == vi.Spring(20.0, 0.5, release="gap", preload=0.2)
+    assert one.stops[1].contact == vi.Spring(35.0, 0.0, release="gap")
+    for change, message in (
+        ({"contact_stiffness[2]": 1.0}, "Newton"),
+        ({"contact_stiffness": -1.0}, "contact_stiffness is -1"),
+        ({"contact_damping[0]": -1.0}, "contact_damping is -1"),
+        ({"preload": float("nan")}, "preload is NaN"),
+        ({"restitution[0]": 0.5}, "Spring"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            mixed.replace(**change)
+    elastic = vi.Scene(OSCILLATOR, FORCE, [vi.Stop(0, 0.5, contact=vi.Spring(20.0))])
+    with pytest.raises(ValueError, match="release"):
+        elastic.replace(contact_damping=0.4)
+
+
+def test_modes_of_a_regime_are_those_of_its_stiffness_and_damping():
+    """The references' roots of two masses with a stop pressed; what a stop held leaves; what is refused."""
+    mass, damping, stiffness = [[1.0, 0.2], [0.2, 0.7]], [[0.1, -0.03], [-0.03, 0.08]], [[3.0, -1.0], [-1.0, 2.0]]
+    soft = vi.Stop([0.6, -0.8], 1.0, contact=vi.Spring(200.0, 1.0, release="gap"))
+    scene = vi.Scene(vi.LinearSystem(mass, damping, stiffness), stops=[soft, vi.Stop(1, 1.0, 0.5)])
+    roots = np.sort_complex(vi.modes(scene, pressed=[0]).eigenvalues)
+    wanted = [-0.91445078242813 + 18.2460579685416j, -0.0294886115112644 + 1.24385402568334j]
+    assert roots == pytest.approx(np.sort_complex([*wanted, *np.conj(wanted)]), abs=1e-12)
+    held = vi.modes(scene, held=1)
+    assert held.natural_frequencies == pytest.approx([np.sqrt(3.0)], rel=1e-14)
+    assert held.shapes == pytest.approx(np.array([[1.0], [0.0]]), abs=1e-14)
+    again = pickle.loads(pickle.dumps(held))
+    assert np.array_equal(again.eigenvalues, held.eigenvalues)
+    assert np.array_equal(vi.modes(scene).eigenvalues, vi.modes(scene.system).eigenvalues)
+    for wrong, name in (({"pressed": 1}, "Newton"), ({"held": 0}, "Spring"), ({"pressed": 2}, "2 stops")):
+        with pytest.raises(ValueError, match=name):
+            vi.modes(scene, **wrong)
+    with pytest.raises(TypeError, match="LinearSystem"):
+        vi.modes(scene.system, pressed=0)
