@@ -180,6 +180,7 @@ pub(super) fn breach_kind(
             SpecialKind::LandingBorder
         }
         Rule::Holds { .. } => SpecialKind::Rise,
+        Rule::Changes { .. } => return None,
         Rule::Passed => {
             let next_to = beside(kept, time);
             if let Some(impact) = at_rest(kept, broken, speed) {

@@ -6,7 +6,7 @@ use crate::hybrid::landing::land;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
-use crate::law::{Regime, Stage, Transition};
+use crate::law::{Guard, Regime, Stage, Transition};
 use crate::tolerance::CENTRAL_DIFFERENCE_STEP;
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +20,7 @@ pub(crate) fn pass<M: HybridMaps + ?Sized>(
     Ok(match transition {
         Transition::Strike(stops) => (strike(motion, stops, y)?, None),
         Transition::Chatter(stop) => (Vec::new(), Some(complete(motion, *stop, units, y)?)),
-        Transition::Release(_) | Transition::Nothing => (Vec::new(), None),
+        Transition::Release(_) | Transition::Change(..) | Transition::Nothing => (Vec::new(), None),
     })
 }
 
@@ -102,16 +102,48 @@ pub(crate) fn condition<M: HybridMaps + ?Sized>(
                 let rate = motion.rate(&stage.regime, t, x)?;
                 motion.gap_acceleration(stop, t, x, &rate)
             };
-            let mut row = DVector::zeros(y.deviations.ncols());
-            for (j, column) in y.deviations.column_iter().enumerate() {
-                let size = units.size_of(column.iter(), y.delays[j]);
-                if size > 0.0 {
-                    let step = CENTRAL_DIFFERENCE_STEP / size;
-                    let at = |s: f64| pull(y.time + s * y.delays[j], &(&y.state + column * s));
-                    row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
-                }
-            }
-            Ok(Some((pull(y.time, &y.state)? * scale, row)))
+            by_differences(pull, scale, units, y).map(Some)
+        }
+        Transition::Change(guard, _) if guard.is_seat() => {
+            gap_condition(motion, guard.element, units, y).map(Some)
+        }
+        Transition::Change(guard, _) => force_condition(motion, guard, units, y).map(Some),
+    }
+}
+
+/// The force of an element that gives way as a condition: scaled, with what deviations make of it.
+fn force_condition<M: HybridMaps + ?Sized>(
+    motion: &M,
+    guard: Guard,
+    units: &ScaledUnits,
+    y: &Timed,
+) -> Result<(f64, DVector<f64>)> {
+    let force = motion.force(guard.element);
+    let GapAt { gradient, .. } = motion.gap(guard.element, y.time, &y.state)?;
+    let scale = 1.0 / (gradient.amax() * force.size_at(units.position, units.velocity));
+    let value = |t: f64, x: &DVector<f64>| {
+        let at = motion.gap(guard.element, t, x)?;
+        let n = at.gradient.len();
+        Ok(force.at(at.gap, at.speed(x.rows(n, n))))
+    };
+    by_differences(value, scale, units, y)
+}
+
+/// A value as a condition, scaled, with what deviations make of it by differences.
+fn by_differences(
+    value: impl Fn(f64, &DVector<f64>) -> Result<f64>,
+    scale: f64,
+    units: &ScaledUnits,
+    y: &Timed,
+) -> Result<(f64, DVector<f64>)> {
+    let mut row = DVector::zeros(y.deviations.ncols());
+    for (j, column) in y.deviations.column_iter().enumerate() {
+        let size = units.size_of(column.iter(), y.delays[j]);
+        if size > 0.0 {
+            let step = CENTRAL_DIFFERENCE_STEP / size;
+            let at = |s: f64| value(y.time + s * y.delays[j], &(&y.state + column * s));
+            row[j] = (at(step)? - at(-step)?) / (2.0 * step) * scale;
         }
     }
+    Ok((value(y.time, &y.state)? * scale, row))
 }

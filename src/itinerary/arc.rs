@@ -99,6 +99,12 @@ pub(crate) fn hits<S>(arcs: &[MotionArc<S>]) -> impl Iterator<Item = &[usize]> {
     all.filter(|hits| !hits.is_empty())
 }
 
+/// The elements with which contacts begin at each of the instants at which some do.
+pub(crate) fn contacts_begun<S>(arcs: &[MotionArc<S>]) -> impl Iterator<Item = Vec<usize>> {
+    let all = arcs.iter().map(|arc| arc.stage.transition.begun());
+    all.filter(|begun| !begun.is_empty())
+}
+
 /// Those of them whose gaps close there, of the arcs of a period.
 pub(crate) fn closing<S>(arcs: &[MotionArc<S>]) -> Vec<Vec<usize>> {
     let before = arcs.iter().cycle().skip(arcs.len() - 1);

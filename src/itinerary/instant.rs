@@ -45,7 +45,7 @@ pub(crate) fn begun_with_impact(instants: Vec<Instant>, period: f64) -> Option<V
     if !list.is_empty() && list.is_uneventful() {
         return Some(instants);
     }
-    let first = list.first_impact()?;
+    let first = list.first_contact()?;
     Some(turned(instants, first, period))
 }
 

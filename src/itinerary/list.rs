@@ -113,12 +113,12 @@ impl Itinerary {
         some.map(one).collect()
     }
 
-    /// The impact with which a period begins: the first one behind the first departure, if there is one.
-    pub fn first_impact(&self) -> Option<usize> {
+    /// The beginning of a contact with which a period begins: the first one behind the first departure, if there is one.
+    pub fn first_contact(&self) -> Option<usize> {
         let departs = |k: &usize| self.departure(*k).is_some();
         let after = (0..self.0.len()).find(departs).map_or(0, |k| k + 1);
         let mut in_order = (after..self.0.len()).chain(0..after);
-        in_order.find(|&k| self.impact(k).is_some())
+        in_order.find(|&k| !self.stage(k).transition.begun().is_empty())
     }
 
     /// How many instants each of some equal rounds has, one where nothing happens; `None` if it does not consist of such rounds.
@@ -169,6 +169,16 @@ pub(crate) fn check_landings(scene: &Scene, itinerary: &Itinerary) -> Result<()>
     Ok(())
 }
 
+/// The error of a guess that comes through what has no Jacobian.
+pub(crate) fn unsupported(what: &str, time: f64) -> Error {
+    let rule = "of an orbit through it there is no Jacobian";
+    Error::bad_value(
+        "guess",
+        format!("a trajectory with {what} at t = {time}"),
+        rule,
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,14 +193,17 @@ mod tests {
         let departure = Stage::departure(1, Regime::default());
         let stages = [Stage::impact(&[0]), chatter, departure.clone()];
         let list: Itinerary = stages.iter().cloned().collect();
-        assert_eq!((list.first_impact(), list.departure(2)), (Some(0), Some(1)));
+        assert_eq!(
+            (list.first_contact(), list.departure(2)),
+            (Some(0), Some(1))
+        );
         assert_eq!((list.accumulation(1), list.accumulates()), (Some(1), true));
         assert_eq!((list.n_lost_directions(), list.n_changes()), (2, (1, 0)));
         assert_eq!(list.single_impacts(), None);
         let two = stages.into_iter().chain([Stage::impact(&[2])]).collect();
-        assert_eq!(Itinerary::first_impact(&two), Some(3));
+        assert_eq!(Itinerary::first_contact(&two), Some(3));
         let none: Itinerary = [departure].into_iter().collect();
-        assert_eq!(none.first_impact(), None);
+        assert_eq!(none.first_contact(), None);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! The instants of a trajectory, and of an orbit: impacts, and where contact lasts the landings and departures.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::hybrid::joined;
 use crate::impact::Impact;
 use crate::itinerary::arc::MotionArc;
+use crate::itinerary::compliant_states::CompliantStates;
 use crate::itinerary::instant::Instant;
+use crate::itinerary::list::unsupported;
 use crate::law::{Regime, Stage, Transition};
 use crate::model::{Scene, contacts};
 use crate::path::{ImpactSide, KeptMotion, Motion, Stretch};
@@ -80,6 +82,7 @@ fn lasting(trajectory: &Trajectory) -> Result<Vec<ReadInstant>> {
     let mut impacts = trajectory.impacts().iter().peekable();
     let mut found = Vec::new();
     let (mut chatter, mut before): (Option<(usize, f64)>, &[usize]) = (None, &[]);
+    let mut states = CompliantStates::new(trajectory.scene());
     for part in parts {
         let (start, stops) = (part.start, part.stops());
         let slack = 4.0 * f64::EPSILON * start.abs();
@@ -100,8 +103,13 @@ fn lasting(trajectory: &Trajectory) -> Result<Vec<ReadInstant>> {
             .copied()
             .filter(|stop| !stops.contains(stop))
             .collect();
+        let changed = states.take(part.regime);
         let (time, transition) = match (chatter.take(), struck.is_empty(), released.as_slice()) {
             (Some((stop, time)), ..) if stops == [stop] => (time, Transition::Chatter(stop)),
+            (chatter, is_alone, released) if !changed.is_empty() => {
+                let is_alone = is_alone && chatter.is_none() && released.is_empty();
+                (start, states.transition(&changed, is_alone, start)?)
+            }
             (None, false, _) => (start, Transition::Strike(struck)),
             (None, true, &[stop]) => (start, Transition::Release(stop)),
             (None, true, &[]) => (start, Transition::Nothing),
@@ -200,13 +208,4 @@ pub(crate) fn folded(instants: Vec<ReadInstant>, scene: &Scene) -> Vec<ReadInsta
         kept.push(read);
     }
     kept
-}
-
-pub(crate) fn unsupported(what: &str, time: f64) -> Error {
-    let rule = "of an orbit through it there is no Jacobian";
-    Error::bad_value(
-        "guess",
-        format!("a trajectory with {what} at t = {time}"),
-        rule,
-    )
 }

@@ -28,6 +28,13 @@ pub(crate) struct LinearForce {
 }
 
 impl LinearForce {
+    /// None at all.
+    pub const NOTHING: Self = Self {
+        stiffness: 0.0,
+        damping: 0.0,
+        preload: 0.0,
+    };
+
     /// The force at a gap and its opening speed.
     pub fn at(self, gap: f64, speed: f64) -> f64 {
         self.preload - self.stiffness * gap - self.damping * speed

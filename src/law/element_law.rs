@@ -1,7 +1,7 @@
 //! The law of one element, as a user gives it and as a scene has it.
 
 use crate::error::Result;
-use crate::law::contact_law::ContactLaw;
+use crate::law::contact_law::{ContactLaw, LinearForce};
 use crate::law::guard::GuardKind;
 use crate::law::newton::Newton;
 use crate::law::regime::ElementState;
@@ -148,6 +148,12 @@ impl Law {
             #[cfg(test)]
             Self::OfTest(law) => Newton::known(law.restitution().unwrap_or(0.0)),
         }
+    }
+
+    /// The force that it has where it is pressed, none of one that is rigid.
+    pub(crate) fn pressed_force(&self) -> LinearForce {
+        let force = self.by_state().force(ElementState::Pressed);
+        force.unwrap_or(LinearForce::NOTHING)
     }
 
     /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.

@@ -1,6 +1,8 @@
 //! Transitions from one regime to the next.
 
-use crate::law::regime::Regime;
+use crate::law::contact_law::{ContactLaw, Outcome};
+use crate::law::guard::{Guard, GuardKind};
+use crate::law::regime::{ElementState, Regime};
 
 /// What happens at an instant.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -13,6 +15,8 @@ pub(crate) enum Transition {
     Chatter(usize),
     /// This element is let go, its contact force at zero.
     Release(usize),
+    /// An element that gives way goes on in another state where one of its guards is zero.
+    Change(Guard, ElementState),
 }
 
 impl Transition {
@@ -22,7 +26,55 @@ impl Transition {
             Self::Nothing => &[],
             Self::Strike(stops) => stops,
             Self::Chatter(stop) | Self::Release(stop) => std::slice::from_ref(stop),
+            Self::Change(guard, _) => std::slice::from_ref(&guard.element),
         }
+    }
+
+    /// The change of an element that gives way from one state to another, if its law has such a one.
+    pub fn change(
+        law: &dyn ContactLaw,
+        element: usize,
+        [from, to]: [ElementState; 2],
+    ) -> Option<Self> {
+        let mut guards = law.guards(from).iter();
+        let leads = |kind: &&GuardKind| law.outcome(from, **kind) == Outcome::Enters(to);
+        let kind = *guards.find(leads)?;
+        Some(Self::Change(Guard { element, kind }, to))
+    }
+
+    /// The element that begins to be pressed where nothing pushed it.
+    pub fn press(&self) -> Option<usize> {
+        match self {
+            Self::Change(guard, ElementState::Pressed) if guard.is_clearance() => {
+                Some(guard.element)
+            }
+            _ => None,
+        }
+    }
+
+    /// What it is called, for each element that it is about.
+    pub fn events(&self) -> Vec<(&'static str, usize)> {
+        let name = match self {
+            Self::Nothing => return Vec::new(),
+            Self::Strike(_) => "strike",
+            Self::Chatter(_) => "chatter",
+            Self::Release(_) => "release",
+            Self::Change(guard, state) => match state {
+                ElementState::Pressed if guard.kind == GuardKind::Excess => "yield",
+                ElementState::Pressed => "press",
+                ElementState::Free => "leave",
+                ElementState::Idle | ElementState::Relaxing => "relax",
+                ElementState::Held => "seat",
+            },
+        };
+        let elements = self.elements().iter();
+        elements.map(|&element| (name, element)).collect()
+    }
+
+    /// The elements with which contacts begin: those struck, or one that is pressed from here on.
+    pub fn begun(&self) -> Vec<usize> {
+        let pressed = self.press().into_iter();
+        self.struck().iter().copied().chain(pressed).collect()
     }
 
     /// The element that it is about, the first of several.
@@ -71,7 +123,10 @@ impl Transition {
 
     /// Whether an element is met: struck, or until its impacts have accumulated.
     pub fn meets(&self, element: usize) -> bool {
-        !self.is_release() && self.elements().contains(&element)
+        match self {
+            Self::Change(..) => self.press() == Some(element),
+            _ => !self.is_release() && self.elements().contains(&element),
+        }
     }
 
     /// The impacts of two instants at one; `None` where one of them has none.
@@ -97,6 +152,10 @@ impl Transition {
             Self::Strike(stops) => Self::Strike(stops.iter().map(image).collect()),
             Self::Chatter(stop) => Self::Chatter(image(stop)),
             Self::Release(stop) => Self::Release(image(stop)),
+            Self::Change(guard, state) => {
+                let element = image(&guard.element);
+                Self::Change(Guard { element, ..*guard }, *state)
+            }
         }
     }
 }

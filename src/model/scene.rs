@@ -327,7 +327,8 @@ impl Scene {
         let Some(stop) = self.stops.iter().position(compliant) else {
             return Ok(());
         };
-        let rule = format!("{purpose} does not take stops that give way yet; simulate does");
+        let rule =
+            format!("{purpose} does not take stops that give way yet; simulate and find_orbit do");
         Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
     }
 

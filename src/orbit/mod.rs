@@ -20,6 +20,7 @@ mod pulses;
 mod saved;
 mod search;
 mod shooting;
+mod signature_events;
 mod solutions;
 mod stability;
 mod two_instants;

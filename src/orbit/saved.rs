@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::hybrid::{IntegratedMaps, SegmentKind};
-use crate::law::{Regime, Stage, Transition};
+use crate::law::{ElementState, Guard, Regime, Stage, Transition};
 use crate::modal::Pair;
-use crate::model::Scene;
+use crate::model::{Constraint, Scene};
 use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::orbit_motion::OrbitMotion;
 use crate::orbit::pattern::Pattern;
@@ -23,27 +23,47 @@ pub type SavedMode = (SegmentKind, Vec<usize>, bool, Option<usize>);
 fn saved(arc: &OrbitArc) -> SavedMode {
     let (kind, regime) = arc.drawn();
     let transition = &arc.stage.transition;
-    let is_struck = transition.is_strike() || transition.is_nothing() && arc.is_flight();
+    let begins = !transition.begun().is_empty();
+    let is_struck = begins || transition.is_nothing() && arc.is_flight();
     (kind, regime.written(), is_struck, arc.departure())
 }
 
-/// The stage of the arc that was saved as a mode; `struck` are the stops of the instant with which it begins, if it does.
+/// The stage of the arc that was saved as a mode behind another one; `struck` are the stops of the instant with which it begins, if it does.
 fn restored(
+    scene: &Scene,
+    before: &SavedMode,
     (kind, stops, is_struck, released): &SavedMode,
     mut struck: impl FnMut() -> Stage,
 ) -> Stage {
+    let [earlier, regime] = [&before.1, stops].map(|own| Regime::read(own).unwrap_or_default());
+    let begun = is_struck.then(&mut struck);
+    let change = changed(scene, [&earlier, &regime]);
     let transition = match (kind, released, stops.first()) {
         (SegmentKind::Chatter, _, Some(stop)) => {
             return Stage::free(Transition::Chatter(*stop));
         }
-        _ if *is_struck => struck().transition,
         (_, Some(stop), _) => Transition::Release(*stop),
-        _ => Transition::Nothing,
+        _ => change
+            .or(begun.map(|stage| stage.transition))
+            .unwrap_or(Transition::Nothing),
     };
-    Stage {
-        transition,
-        regime: Regime::read(stops).unwrap_or_default(),
-    }
+    Stage { transition, regime }
+}
+
+/// The transition between two regimes in which an element that gives way has another state, if there is one.
+fn changed(scene: &Scene, [before, after]: [&Regime; 2]) -> Option<Transition> {
+    let laws = scene.stops().iter().map(Constraint::contact).enumerate();
+    let mut compliant = laws.filter(|(_, law)| !law.is_rigid());
+    compliant.find_map(|(element, law)| {
+        let states = [before, after].map(|regime| regime.state(element));
+        match states {
+            [from, to] if from == to => None,
+            [ElementState::Relaxing, ElementState::Free] => None,
+            // One that is met where it relaxes was back at its place.
+            [ElementState::Relaxing, to] => Some(Transition::Change(Guard::gap(element), to)),
+            _ => Transition::change(law.by_state(), element, states),
+        }
+    })
 }
 
 /// An orbit as plain numbers, from which it can be made again: spans of its flights, modal states (after, then before the
@@ -108,7 +128,10 @@ impl PeriodicOrbit {
             let after = states[..n].to_vec().into();
             let before_next = states[n..].to_vec().into();
             let stage = match saved.modes.get(k) {
-                Some(mode) => restored(mode, &mut struck),
+                Some(mode) => {
+                    let before = (k + saved.modes.len() - 1) % saved.modes.len();
+                    restored(scene, &saved.modes[before], mode, &mut struck)
+                }
                 None => struck(),
             };
             flights.push(OrbitArc::over(stage, [start, *span], [after, before_next]));
@@ -179,7 +202,9 @@ fn check(scene: &Scene, pattern: &Pattern, saved: &SavedOrbit) -> Result<()> {
             "it must be that of the forcing so many times",
         );
     }
-    let n_struck: usize = pattern.instants().iter().map(Vec::len).sum();
+    let stops = scene.stops();
+    let is_rigid = |stop: &&usize| stops[**stop].contact().is_rigid();
+    let n_struck = pattern.instants().iter().flatten().filter(is_rigid).count();
     if impulses.len() != n_struck {
         let found = format!("{} impulses", impulses.len());
         return refused("the pattern", found, &format!("it has {n_struck} impacts"));

@@ -132,13 +132,13 @@ impl LastingContact {
 }
 
 /// The contacts along some chapters of a motion, by their starts, those of one time in the order of their impacts; `phase` is that of the
-/// forcing at a time.
+/// forcing at a time. Of a motion that is closed, one period of an orbit, one that goes on over its end is one contact.
 ///
 /// # Errors
 /// What the functions of a nonlinear scene report; `Error::Interrupted` where the caller's work is broken off.
 pub(crate) fn contacts_along(
     chapters: &[PathChapter<'_>],
-    span: (f64, f64),
+    (span, is_closed): ((f64, f64), bool),
     phase: &dyn Fn(f64) -> f64,
 ) -> Result<Vec<ContactRecord>> {
     let mut impacts: Vec<ContactRecord> = Vec::new();
@@ -150,8 +150,16 @@ pub(crate) fn contacts_along(
     for stop in 0..n_stops {
         let own = impacts.iter().copied().enumerate();
         let mut rest = own.filter(|own| own.1.stop == stop).peekable();
-        for lasting in lasting_contacts(chapters, stop)? {
-            let mut lasting = lasting.within(span);
+        let mut own_contacts = lasting_contacts(chapters, (stop, is_closed))?;
+        let lasts = |own: &LastingContact| (own.record.start, own.record.end) == span;
+        let is_open = !is_closed || own_contacts.iter().any(lasts);
+        if !is_open {
+            join_over_end(&mut own_contacts, span);
+        }
+        for mut lasting in own_contacts {
+            if is_open {
+                lasting = lasting.within(span);
+            }
             let start = lasting.record.start;
             while let Some(before) = rest.next_if(|next| next.1.start < start) {
                 all.push(before);
@@ -177,10 +185,13 @@ pub(crate) fn contacts_along(
 }
 
 /// The contacts of a stop that take time, along some chapters.
-fn lasting_contacts(chapters: &[PathChapter<'_>], stop: usize) -> Result<Vec<LastingContact>> {
+fn lasting_contacts(
+    chapters: &[PathChapter<'_>],
+    (stop, is_closed): (usize, bool),
+) -> Result<Vec<LastingContact>> {
     let mut all: Vec<LastingContact> = Vec::new();
     for chapter in chapters {
-        for own in ContactsAlong::new(chapter, stop).all()? {
+        for own in ContactsAlong::new(chapter, stop, is_closed).all()? {
             match all
                 .last_mut()
                 .filter(|last| last.record.end == own.record.start)
@@ -191,6 +202,20 @@ fn lasting_contacts(chapters: &[PathChapter<'_>], stop: usize) -> Result<Vec<Las
         }
     }
     Ok(all)
+}
+
+/// Makes one of a contact that lasts to the end of a period and one that lasts from its beginning.
+fn join_over_end(contacts: &mut Vec<LastingContact>, (start, end): (f64, f64)) {
+    let is_first = |own: &LastingContact| own.record.start == start;
+    let is_last = |own: &LastingContact| own.record.end == end;
+    if contacts.len() > 1 && contacts.first().is_some_and(is_first) {
+        let first = contacts[0];
+        if let Some(last) = contacts.last_mut().filter(|own| is_last(own)) {
+            *last = last.then(&first);
+            last.record.end += end - start;
+            contacts.remove(0);
+        }
+    }
 }
 
 /// The impacts of a chapter.
@@ -246,6 +271,8 @@ struct ContactsAlong<'a> {
     fading: Fading<'a>,
     energetics: Option<Energetics>,
     stop: usize,
+    /// Whether the last arc but the one that closes a period comes before the first.
+    is_closed: bool,
 }
 
 /// What a stop does at a place on an arc.
@@ -259,7 +286,7 @@ struct Push {
 }
 
 impl<'a> ContactsAlong<'a> {
-    fn new(chapter: &'a PathChapter<'a>, stop: usize) -> Self {
+    fn new(chapter: &'a PathChapter<'a>, stop: usize, is_closed: bool) -> Self {
         let equations = PathEquations::new(chapter.path, chapter.scene);
         Self {
             chapter,
@@ -267,6 +294,7 @@ impl<'a> ContactsAlong<'a> {
             equations,
             fading: Fading::new(&chapter.path.evaluator),
             stop,
+            is_closed,
         }
     }
 
@@ -340,7 +368,9 @@ impl<'a> ContactsAlong<'a> {
     /// The speeds before and after some arcs, where the impacts of other stops may change them.
     fn complete_ends(&self, own: &mut ContactRecord, arcs: Range<usize>) -> Result<()> {
         let path = self.chapter.path;
-        if let Some(before) = arcs.start.checked_sub(1) {
+        let last = path.parts.arcs.len().checked_sub(2);
+        let before = arcs.start.checked_sub(1);
+        if let Some(before) = before.or(last.filter(|_| self.is_closed)) {
             let (regime, span) = (path.regime_of(before), path.arc(before).span);
             own.speed_before = self.push(before, regime, span)?.speed;
         }

@@ -247,7 +247,8 @@ pub trait Motion: KeptMotion {
     /// A trajectory that does not keep its motion; what the functions of a nonlinear scene report.
     fn contacts(&self) -> Result<Vec<ContactRecord>> {
         let phase = self.forcing_phase();
-        contacts_along(&self.chapters()?, self.span(), &*phase)
+        let motion = (self.span(), self.is_closed());
+        contacts_along(&self.chapters()?, motion, &*phase)
     }
 
     /// The regimes, one after the other: the state of each element of the scene along each.

@@ -47,7 +47,9 @@ use pyo3::types::{PyList, PyTuple};
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
 /// ValueError
 ///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; a stop of ``pattern`` that is
-///     not hit within a period; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit.
+///     not hit within a period; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit; of
+///     stops that give way a scene that is not linear, a body that comes to a seat or leaves it, a relaxing stop that is met before it is
+///     back, a change of state at the instant of another event.
 /// TypeError
 ///     A guess that is none of these.
 ///
@@ -57,7 +59,8 @@ use pyo3::types::{PyList, PyTuple};
 /// hit as its equation. Which stop is met first is not asked, so that nothing is singular at a grazing impact. Impacts that
 /// accumulate are one instant: they are gone through until what is left of them is 1e-12 of the motion, whatever the
 /// tolerances of the guess, and completed there [1]_; a release is an instant whose contact force is zero. Each chatter that
-/// ends in lasting contact has two zero multipliers, and so has each impact with e = 0 that does.
+/// ends in lasting contact has two zero multipliers, and so has each impact with e = 0 that does. Stops of a linear scene may give way:
+/// t = 0 is then where a contact begins, each change of a state is an instant, and ``orbit.signature`` names them.
 ///
 /// References
 /// ----------
@@ -86,6 +89,14 @@ use pyo3::types::{PyList, PyTuple};
 /// >>> known = vi.periodic_orbits(scene, [0])[0]
 /// >>> vi.find_orbit(scene.replace(phase=known.phase), (1.0, -1.5)).is_stable
 /// False
+///
+/// A motion before a stop that gives way:
+///
+/// >>> soft = vi.Stop(0, 0.5, contact=vi.Spring(20.0, 0.5, release="gap"))
+/// >>> before = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic([1.0], 0.8), soft)
+/// >>> orbit = vi.find_orbit(before, vi.simulate(before, 0.0, 0.3, (0, 60 * before.period)))
+/// >>> orbit.signature, orbit.is_stable
+/// ((('press', 'stop[0]'), ('leave', 'stop[0]')), True)
 ///
 /// One that passes through a stop, whatever the motion from the guess does there:
 ///

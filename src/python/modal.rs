@@ -118,7 +118,9 @@ impl PyModes {
     }
 }
 
-/// The modes of a linear system, or of a linear scene in a regime: with some stops pressed, others held.
+/// The modes of a linear system.
+///
+/// Of a linear scene with stops pressed and held: those of that regime.
 ///
 /// Parameters
 /// ----------

@@ -64,6 +64,15 @@ motion_class! { PyOrbit as "orbit" |own| own.0; (t): &Bound<'py, PyAny>;
         out_pattern(py, self.0.pattern())
     }
 
+    /// What happens in one period, in order: tuple of (event, element), "strike", "chatter" and "release" of rigid stops, of those that give
+    /// way "press", "leave" and "relax"; impacts that accumulate are one "chatter".
+    #[getter]
+    fn signature<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let elements = self.0.scene().elements();
+        let events = self.0.signature().into_iter();
+        PyTuple::new(py, events.map(|(event, stop)| (event, elements[stop].clone())))
+    }
+
     /// Position right after the first impact [m], shape (n,).
     #[getter]
     fn q0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {

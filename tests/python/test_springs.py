@@ -118,7 +118,6 @@ def test_a_body_that_comes_to_rest_on_an_overdamped_stop_stays():
     ("call", "name"),
     [
         (lambda scene, run: vi.periodic_orbits(scene, [0]), "periodic_orbits"),
-        (lambda scene, run: vi.find_orbit(scene, run), "find_orbit"),
         (lambda scene, run: vi.lyapunov_exponents(scene, 0.0, 0.3, (0, 100)), "lyapunov_exponents"),
         (lambda scene, run: vi.bifurcation_diagram(scene, ("frequency", [0.8, 0.9])), "bifurcation_diagram"),
         (lambda scene, run: vi.find_attractors(scene, [[-1, 1], [-1, 1]]), "find_attractors"),

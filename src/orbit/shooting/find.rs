@@ -39,12 +39,15 @@ const DRIFT_STATES: usize = 100;
 /// after the first impact that follows a release. Contact forces have to push. Each chatter that ends in lasting contact has
 /// two zero multipliers, and so has each impact with e = 0 that does. An orbit of a stop that is held for good has no impacts.
 ///
+/// Stops of a linear scene may give way: t = 0 is then where a contact begins, and [`PeriodicOrbit::signature`] has what happens in a period.
+///
 /// # Errors
 /// `Error::NoConvergence`, with the mismatch reached, when no motion of the pattern closes near the guess to 1e-11 of its
 /// size; a guess of another number of degrees of freedom, or with stops that the scene does not have; a trajectory that
 /// did not keep its motion or does not return; equations that depend on time and do not repeat with the forcing; a Jacobian
 /// that is off by more than 1e-3 of its size. Of lasting contact two things are refused: stops let go at one time, and a
-/// contact with e > 0 that comes to rest while another stop is held or hit.
+/// contact with e > 0 that comes to rest while another stop is held or hit. Of stops that give way: scenes that are not linear, a body that
+/// comes to a seat or leaves it, a relaxing stop that is met before it is back, a change of state at the instant of another event.
 ///
 /// # References
 /// Theory section 5, "several instants", as multiple shooting; A. B. Nordmark and P. T. Piiroinen, Nonlinear Dyn. 58 (2009) 85, for
@@ -102,7 +105,7 @@ fn drift(run: &Trajectory) -> Result<Option<Error>> {
 /// The orbit near a guess.
 fn found_near(scene: &Scene, guess: Guess<'_>, n_periods: Option<usize>) -> Result<PeriodicOrbit> {
     let is_counted = n_periods.is_some() || matches!(guess, Guess::Orbit(_));
-    let (scene, signature, first) = begun(scene, guess, n_periods)?;
+    let (scene, signature, first) = begun_in_order(scene, guess, n_periods, None)?;
     if is_counted || signature.n_periods == 1 {
         return solved((scene, signature, first));
     }
@@ -155,12 +158,15 @@ fn solved((scene, signature, guess): (Scene, Signature, ShootingState)) -> Resul
     })
 }
 
-/// The scene with the phase of a guess, what happens along the motion, and the loop that the guess is.
+/// The scene with the phase of an orbit, what happens along the motion, and the loop that the orbit is.
 pub(crate) fn begun(
     scene: &Scene,
     guess: Guess<'_>,
     n_periods: Option<usize>,
 ) -> Result<(Scene, Signature, ShootingState)> {
+    scene.check_stops_are_rigid(
+        "what goes on from an orbit (continuation, derivatives, mirror images)",
+    )?;
     begun_in_order(scene, guess, n_periods, None)
 }
 
@@ -171,12 +177,14 @@ fn begun_in_order(
     n_periods: Option<usize>,
     pattern: Option<&Pattern>,
 ) -> Result<(Scene, Signature, ShootingState)> {
-    scene.check_stops_are_rigid("find_orbit")?;
     scene.check_period("find_orbit")?;
     check_periods(scene, n_periods)?;
     let start = match pattern {
         None => guess.read(scene, n_periods)?,
-        Some(pattern) => start_in_order(guess, scene, n_periods, pattern)?,
+        Some(pattern) => {
+            scene.check_stops_are_rigid("find_orbit with pattern=")?;
+            start_in_order(guess, scene, n_periods, pattern)?
+        }
     };
     let (stages, mut first) = ShootingState::of_instants(start.instants, 1.0);
     check(scene, &stages, &first)?;

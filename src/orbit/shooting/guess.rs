@@ -281,9 +281,12 @@ fn one_round(
     for ReadInstant { instant, .. } in &mut round {
         (instant.time, instant.start) = (stretch(instant.time), stretch(instant.start));
     }
-    let Some(landing) = itinerary(&round).first_impact() else {
+    let Some(landing) = itinerary(&round).first_contact() else {
         let time = round.last().map_or(0.0, |own| own.instant.time);
-        return Err(unsupported("no impact but those that accumulate", time));
+        return Err(unsupported(
+            "no contact that begins but impacts that accumulate",
+            time,
+        ));
     };
     // Those before the first impact come a period later.
     for own in &mut round[..landing] {

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::flow::ModalScene;
 use crate::hybrid::{ClosedFormMaps, HybridMaps, IntegratedMaps, ScaledUnits, regime_motions};
 use crate::impact::wrapped;
-use crate::itinerary::{ArcEnd, Itinerary, MotionArc, hits};
+use crate::itinerary::{ArcEnd, Itinerary, MotionArc, contacts_begun};
 use crate::law::{Regime, Stage};
 use crate::modal::ModalState;
 use crate::model::Scene;
@@ -70,6 +70,7 @@ pub(crate) fn with_shooting<T>(
     let stages = &signature.stages;
     let images = signature.images.as_deref();
     if scene.linear_system("find_orbit").is_err() {
+        scene.check_stops_are_rigid("find_orbit of a scene that is not linear")?;
         let motion = &IntegratedMaps::new(scene, scene.phase()).in_units(signature.units);
         let orbit = |found: &ShootingState, flight_ends: &[ArcEnd]| {
             let parts = parts(scene, signature, found, flight_ends, motion, paired)?;
@@ -138,7 +139,7 @@ fn parts<M: HybridMaps>(
     }
     let frequency = scene.frequency().unwrap_or(0.0);
     Ok(OrbitData {
-        pattern: Pattern::new(hits(&flights).map(<[usize]>::to_vec).collect())?,
+        pattern: Pattern::new(contacts_begun(&flights).collect())?,
         n_periods: signature.n_periods,
         phase: wrapped(frequency * found.times[0] + scene.phase()),
         flights,

@@ -3,6 +3,7 @@
 
 use crate::error::digits;
 use crate::event::walk::FlightCheck;
+use crate::law::GuardKind;
 
 /// Where and by how much an orbit breaks the rules of contact. With a depth that is not a number, where the search could not
 /// decide whether it does.
@@ -44,6 +45,8 @@ pub(crate) enum Rule {
     Passed,
     /// The stop is held by a force that would have to pull.
     Holds { force: f64 },
+    /// A stop that gives way would be in another state: what a guard of its state tells is below zero.
+    Changes { guard: GuardKind, value: f64 },
 }
 
 /// A violation as numbers, put into words only when somebody asks.
@@ -94,6 +97,15 @@ impl Breach {
                     "stop {stop} is held by a pulling force at t = {time:.6} ({})",
                     digits(force)
                 )
+            }
+            Rule::Changes { guard, value } => {
+                let what = match guard {
+                    GuardKind::Approach => "is left",
+                    GuardKind::Pull => "pushes again",
+                    GuardKind::Gap | GuardKind::Distance => "is met",
+                    _ => "would pull",
+                };
+                format!("stop {stop} {what} at t = {time:.6} ({})", digits(value))
             }
             Rule::Passed => format!(
                 "stop {stop} is passed by {} at t = {time:.6}",
@@ -198,13 +210,24 @@ impl Admissibility {
 
     /// Takes note of what the search of one gap found on a flight.
     pub(in crate::orbit) fn note(&mut self, stop: usize, start: f64, check: &FlightCheck) {
+        self.note_as(stop, start, check, |_| Rule::Passed);
+    }
+
+    /// The same of what is like a gap; `rule` is the one that a value below zero breaks.
+    pub(in crate::orbit) fn note_as(
+        &mut self,
+        stop: usize,
+        start: f64,
+        check: &FlightCheck,
+        rule: impl Fn(f64) -> Rule,
+    ) {
         self.leave_open(stop, start, check);
         if let Some(lowest) = check.violation {
             self.keep_worst(Breach {
                 stop,
                 time: start + lowest.time,
                 depth: -lowest.gap,
-                rule: Rule::Passed,
+                rule: rule(lowest.gap),
             });
         }
         if let Some(lowest) = check.graze {

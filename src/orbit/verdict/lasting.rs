@@ -5,7 +5,8 @@ use crate::error::Result;
 use crate::event::levels::PropagatorLevels;
 use crate::event::polynomial::Quartic;
 use crate::event::walk::{FlightCheck, Sought, StopDepth, check_flight};
-use crate::flow::{FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, with_flow};
+use crate::flow::{FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, along, with_flow};
+use crate::law::{ElementState, Guard, GuardKind, Transition};
 use crate::modal::Pair;
 use crate::model::Moment;
 use crate::observer::Observer;
@@ -32,8 +33,8 @@ pub(crate) fn search_regimes(
     found: &mut Admissibility,
     observer: &mut Observer,
 ) -> Result<()> {
-    let following = flights.iter().cycle().skip(1);
-    for (flight, next) in flights.iter().zip(following) {
+    for (k, flight) in flights.iter().enumerate() {
+        let next = &flights[(k + 1) % flights.len()];
         let known = regimes
             .iter()
             .find(|motion| motion.regime == *flight.regime());
@@ -43,7 +44,10 @@ pub(crate) fn search_regimes(
             let on_flow = |t: f64, state| {
                 let (q, v) = scene.form.to_physical(state);
                 let mut entered = Vec::new();
-                f.state_from_modal(&motion.reduce(&q, &v, angle(t)), angle(t), &mut entered);
+                let reduced = motion.reduce(&q, &v, angle(t));
+                let place = |element| place_at(scene, flights, (k, t), element, &angle);
+                let reduced = motion.with_places(reduced, place);
+                f.state_from_modal(&reduced, angle(t), &mut entered);
                 entered
             };
             let entered = on_flow(flight.start, &flight.after);
@@ -55,7 +59,11 @@ pub(crate) fn search_regimes(
                     let is_released = flight.departure() == Some(stop);
                     let stretch = SearchSpan { span: flight.span, margin: margins[stop], is_released };
                     let (skipped, check) = search_stretch(f, &row, &mut entered.clone(), stretch, observer)?;
-                    found.note(stop, flight.start + skipped, &check);
+                    let is_rigid = scene.geometry.laws[stop].is_rigid();
+                    found.note_as(stop, flight.start + skipped, &check, |value| {
+                        let guard = guard.kind;
+                        if is_rigid { Rule::Passed } else { Rule::Changes { guard, value } }
+                    });
                     continue;
                 }
                 let at = |state: &[Pair]| {
@@ -69,16 +77,52 @@ pub(crate) fn search_regimes(
                 found.leave_open(stop, flight.start, &check);
                 let lowest = check.violation.map(|lowest| (flight.start + lowest.time, lowest.gap));
                 // The search leaves the end to what ends the flight: at the stop's own release the force is zero, anywhere else it has to push.
-                let is_released = next.departure() == Some(stop);
+                let is_released = next.departure() == Some(stop) || is_ended_by(guard, next);
                 let last = Some((end, at(&ended).c[0])).filter(|(_, force)| !is_released && *force < -margin);
                 let worst = lowest.into_iter().chain(last).min_by(|a, b| a.1.total_cmp(&b.1));
-                if let Some((time, force)) = worst {
-                    found.keep_worst(Breach { stop, time, depth: 0.0, rule: Rule::Holds { force } });
+                if let Some((time, value)) = worst {
+                    let rule = match guard.kind {
+                        GuardKind::Force => Rule::Holds { force: value },
+                        guard => Rule::Changes { guard, value },
+                    };
+                    found.keep_worst(Breach { stop, time, depth: 0.0, rule });
                 }
             }
         });
     }
     Ok(())
+}
+
+/// Whether a guard is what an arc begins with.
+fn is_ended_by(guard: Guard, next: &OrbitArc) -> bool {
+    matches!(next.stage.transition, Transition::Change(own, _) if own == guard)
+}
+
+/// The place of an element that relaxes, at a time on an arc of a period: it began where the body was, some arcs before.
+fn place_at(
+    scene: &ModalScene,
+    arcs: &[OrbitArc],
+    (k, t): (usize, f64),
+    element: usize,
+    angle: &impl Fn(f64) -> Moment,
+) -> f64 {
+    let count = arcs.len();
+    let mut gone = t - arcs[k].start;
+    for back in 0..count {
+        let arc = &arcs[(k + count - back) % count];
+        let begins =
+            matches!(arc.stage.transition, Transition::Change(own, _) if own.element == element);
+        if begins {
+            let row = &scene.position_rows[element];
+            let [moved, ..] = scene.stop_motion(element, angle(arc.start));
+            let gap = scene.geometry.clearances[element] + moved - along(row, &arc.after);
+            let law = scene.geometry.laws[element].by_state();
+            let relaxation = law.relaxation(ElementState::Relaxing);
+            return relaxation.map_or(0.0, |own| own.after(-gap, gone));
+        }
+        gone += arcs[(k + 2 * count - back - 1) % count].span;
+    }
+    0.0
 }
 
 /// The search of a quantity along a flight.
