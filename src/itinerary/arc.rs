@@ -79,6 +79,11 @@ impl<S> MotionArc<S> {
         self.regime().is_free() && self.accumulation().is_none()
     }
 
+    /// Whether the gap of an element is kept at zero along it, or accumulates impacts.
+    pub fn keeps_closed(&self, element: usize) -> bool {
+        self.accumulation() == Some(element) || self.regime().holds(element)
+    }
+
     /// Whether an element is in contact along it, or accumulates impacts.
     pub fn touches(&self, element: usize) -> bool {
         self.accumulation() == Some(element) || !self.regime().leaves_free(element)

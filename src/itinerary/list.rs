@@ -2,7 +2,7 @@
 //! zero; of a periodic motion the first follows the last.
 
 use crate::error::{Error, Result};
-use crate::law::{Regime, Stage, Transition};
+use crate::law::{ElementState, GuardKind, Outcome, Regime, Stage, Transition};
 use crate::model::{Scene, contacts};
 use std::ops::{Deref, DerefMut};
 
@@ -145,6 +145,43 @@ impl Itinerary {
         let some = each.filter(|elements| !elements.is_empty());
         some.map(<[usize]>::to_vec).collect()
     }
+}
+
+/// Refuses motions along which a stop of a scene is in a state, or changes it, as its law of contact does not.
+pub(crate) fn check_laws(scene: &Scene, itinerary: &Itinerary) -> Result<()> {
+    for (k, stage) in itinerary.iter().enumerate() {
+        let before = itinerary.before(k);
+        let law = |element: usize| scene.stops()[element].contact();
+        let may_be = |element: &usize| match stage.regime.state(*element) {
+            ElementState::Held => law(*element).may_hold(),
+            _ => !law(*element).is_rigid(),
+        };
+        let may_change = |element: &usize| match stage.transition {
+            Transition::Change(guard, to) => {
+                let law = law(*element).by_state();
+                let from = match before.state(*element) {
+                    // It is back at its place.
+                    ElementState::Relaxing if guard.kind == GuardKind::Gap => ElementState::Free,
+                    from => from,
+                };
+                let is_own = law.guards(from).contains(&guard.kind);
+                is_own && law.outcome(from, guard.kind) == Outcome::Enters(to)
+            }
+            _ => law(*element).is_rigid(),
+        };
+        let changed = stage.transition.elements().iter().copied();
+        let wrong = (stage.regime.elements().find(|own| !may_be(own)))
+            .or_else(|| changed.clone().find(|own| !may_change(own)));
+        if let Some(element) = wrong {
+            let events = stage.transition.events();
+            let event = events.iter().find(|own| own.1 == element);
+            let what = event.map_or("is in contact", |own| own.0);
+            let value = format!("a motion along which stop {element} has another law (\"{what}\")");
+            let rule = format!("in the scene its law of contact is {}", law(element).name());
+            return Err(Error::bad_value("guess", value, rule));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses motions that come to rest on a stop by an impact that takes not all speed.

@@ -12,7 +12,7 @@ mod transport;
 
 pub(crate) use arc::{ArcEnd, MotionArc, arcs_of, bounces, closing, contacts_begun, hits};
 pub(crate) use instant::{Instant, begun_with_impact, turned, without_first, without_impact};
-pub(crate) use list::{Itinerary, check_landings, unsupported};
+pub(crate) use list::{Itinerary, check_landings, check_laws, unsupported};
 pub(crate) use read::{ReadInstant, folded, instants_of, instants_of_arcs, uneventful_end};
 pub(crate) use short::Coincidence;
 pub(crate) use transport::transport;

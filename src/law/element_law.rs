@@ -156,6 +156,14 @@ impl Law {
         force.unwrap_or(LinearForce::NOTHING)
     }
 
+    /// Whether it goes back to its place by itself, in a time.
+    pub(crate) fn relaxes(&self) -> bool {
+        match self {
+            Self::Spring(spring) => spring.relaxes(),
+            _ => false,
+        }
+    }
+
     /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.
     pub(crate) fn ends_at_gap(&self) -> bool {
         let guards = self.by_state().guards(ElementState::Pressed);

@@ -332,6 +332,21 @@ impl Scene {
         Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
     }
 
+    /// Refuses stops whose state says more than positions and velocities do; `purpose` is what goes on from these alone.
+    ///
+    /// # Errors
+    /// A stop that relaxes.
+    pub(crate) fn check_stops_forget(&self, purpose: &str) -> Result<()> {
+        let relaxes = |stop: &Constraint| stop.contact().relaxes();
+        let Some(stop) = self.stops.iter().position(relaxes) else {
+            return Ok(());
+        };
+        let rule = format!(
+            "{purpose} goes on from positions and velocities alone, and a stop that relaxes (release=\"force\") has a place of its own besides"
+        );
+        Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
+    }
+
     /// Refuses stops that move by themselves; `purpose` says what takes none.
     ///
     /// # Errors

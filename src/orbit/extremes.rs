@@ -264,11 +264,12 @@ impl OrbitQuantities<'_> {
             };
             let signed = |k: usize| values[k][quantity].map(|x| sign * x);
             keep(signed(0)[0], 0.0, false);
-            if stop.is_some_and(|stop| own.touches(stop)) {
+            if stop.is_some_and(|stop| own.keeps_closed(stop)) {
                 continue;
             }
-            // A flight that begins on the stop may do so without speed.
-            let is_left = stop.is_some() && signed(0)[0].abs() <= touch;
+            // A flight that begins on the stop may do so without speed; one into it goes deeper.
+            let is_flight = stop.is_some_and(|stop| !own.touches(stop));
+            let is_left = is_flight && signed(0)[0].abs() <= touch;
             for k in 1 + usize::from(is_left)..local.len() {
                 let (from, to) = (signed(k - 1), signed(k));
                 let step = local[k] - local[k - 1];

@@ -69,6 +69,19 @@ pub(crate) trait KeptMotion {
         times.iter().map(state).collect()
     }
 
+    /// How fast some stops are approached, each at a time, on a side of it.
+    fn approach_speeds(&self, places: &[(f64, usize)], side: ImpactSide) -> Result<Vec<f64>> {
+        let equations = EquationsByChapter::of(self.chapters()?);
+        let speed = |&(t, stop): &(f64, usize)| {
+            let (chapter, Located { point, state }) = self.place(t, side)?;
+            let own = equations.at(chapter);
+            let at = own.moment(point.arc, point.local);
+            let (q, v) = (state.0.as_slice(), state.1.as_slice());
+            Ok(-own.contacts()[stop].along(|| at, (q, v, v), 0.0)?.speed)
+        };
+        places.iter().map(speed).collect()
+    }
+
     /// The accelerations at some times.
     fn accelerations(&self, times: &[f64], side: ImpactSide) -> Result<Vec<DVector<f64>>> {
         let equations = EquationsByChapter::of(self.chapters()?);

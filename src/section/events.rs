@@ -1,15 +1,60 @@
-//! The impacts of a motion as events: those that accumulate until a stop is at rest are one, at their end.
+//! The impacts of a motion as events, those that accumulate until a stop is at rest as one, at their end; and where contacts with stops that
+//! give way begin.
 
+use crate::error::Result;
 use crate::impact::Impact;
-use crate::path::Stretch;
+use crate::model::Constraint;
+use crate::path::{ImpactSide, KeptMotion, Stretch};
 
-/// An impact, or a sequence of impacts that accumulate, taken as one at its end.
+/// An impact, or a sequence of impacts that accumulate, taken as one at its end; or the beginning of a contact with a stop that gives way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ImpactEvent {
     pub time: f64,
     pub stop: usize,
     /// The speed at which the stop was approached: none at the end of impacts that accumulate.
     pub speed_before: f64,
+}
+
+/// The events of a motion, in order of time: those of its impacts, and where contacts with stops that give way begin.
+pub(crate) fn events_of(motion: &dyn KeptMotion) -> Result<Vec<ImpactEvent>> {
+    let stretches = motion.stretches()?;
+    let mut all = events(motion.impacts(), &stretches);
+    let begun = begun(motion, &stretches);
+    if begun.is_empty() {
+        return Ok(all);
+    }
+    let speeds = motion.approach_speeds(&begun, ImpactSide::Before)?;
+    let own = begun.into_iter().zip(speeds);
+    all.extend(own.map(|((time, stop), speed_before)| ImpactEvent {
+        time,
+        stop,
+        speed_before,
+    }));
+    all.sort_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(all)
+}
+
+/// The times at which contacts with stops that give way begin along the parts of a motion, with the stops.
+fn begun(motion: &dyn KeptMotion, stretches: &[Stretch<'_>]) -> Vec<(f64, usize)> {
+    let laws = motion.scene().stops().iter().map(Constraint::contact);
+    let laws = laws.enumerate().filter(|(_, law)| !law.is_rigid());
+    let compliant: Vec<usize> = laws.map(|own| own.0).collect();
+    if compliant.is_empty() {
+        return Vec::new();
+    }
+    let is_met = |part: &Stretch<'_>, stop: usize| part.lasting().state(stop).is_met();
+    let before = stretches.last().filter(|_| motion.is_closed());
+    let before = before.into_iter().chain(stretches);
+    let after = &stretches[usize::from(!motion.is_closed()).min(stretches.len())..];
+    let pairs = before.zip(after);
+    let each = pairs.flat_map(|(before, part)| {
+        let begins = move |stop: &&usize| !is_met(before, **stop) && is_met(part, **stop);
+        compliant
+            .iter()
+            .filter(begins)
+            .map(|stop| (part.start, *stop))
+    });
+    each.collect()
 }
 
 /// The events of impacts, in order of time, and of the parts of a motion, of which those with impacts that accumulate count. These begin

@@ -5,7 +5,7 @@ use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
 use crate::path::{ImpactSide, KeptMotion, Motion};
 use crate::quantity::{finite, finite_vector, room_for};
-use crate::section::events::{ImpactEvent, events};
+use crate::section::events::{ImpactEvent, events_of};
 use crate::section::plane::crossings;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 pub enum Section {
     /// At a phase of the forcing \[rad\].
     Phase(f64),
-    /// After the impacts on these stops, on any where the list is empty. Impacts that accumulate until the stop is at rest are one, at
-    /// their end.
+    /// After the impacts on these stops, of those that give way where contacts begin, on any where the list is empty. Impacts that
+    /// accumulate until the stop is at rest are one, at their end.
     Impacts(Vec<usize>),
     /// Where `row.(q, v)` rises through a value, by an impact too.
     Plane {
@@ -157,10 +157,7 @@ pub(crate) fn points_of(motion: &dyn KeptMotion, section: &Section) -> Result<Po
         }
         Section::Impacts(stops) => {
             section.check(motion.scene())?;
-            motion
-                .scene()
-                .check_stops_are_rigid("a section of impacts")?;
-            let mut events = events(motion.impacts(), &motion.stretches()?);
+            let mut events = events_of(motion)?;
             events.retain(|event| stops.is_empty() || stops.contains(&event.stop));
             let times: Vec<f64> = events.iter().map(|event| event.time).collect();
             let mut points = at_times(motion, &times)?;

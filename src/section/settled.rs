@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::orbit::Pattern;
 use crate::path::KeptMotion;
 use crate::recurrence::{Advance, Measure, advance, repeats_after};
-use crate::section::events::{ImpactEvent, events};
+use crate::section::events::{ImpactEvent, events_of};
 use crate::section::points::{PoincarePoints, at_times, strobe_times};
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 pub(crate) struct Settled {
     /// Periods of the forcing after which it repeats itself, zero where it does not.
     pub n_periods: usize,
-    /// Its impacts, those that accumulate taken for one.
+    /// Its impacts, those that accumulate taken for one, and the beginnings of contacts with stops that give way.
     pub n_impacts: usize,
     /// The stops hit in one of its periods; empty where it has none.
     pub pattern: Pattern,
@@ -25,7 +25,7 @@ pub(crate) struct Settled {
 /// zero of others. It is looked at where no impact is near: next to one, two motions that are
 /// close look far apart.
 pub(crate) fn settled(motion: &dyn KeptMotion, turns: &[f64], longest: usize) -> Result<Settled> {
-    let events = events(motion.impacts(), &motion.stretches()?);
+    let events = events_of(motion)?;
     let phase_at = motion.forcing_phase();
     let phases = events.iter().map(|event| phase_at(event.time)).collect();
     let phase = farthest_from(phases).unwrap_or_else(|| phase_at(motion.span().0));
@@ -68,7 +68,7 @@ pub(crate) fn settled_by_impacts(
     };
     let turns = vec![0.0; points.q.ncols()];
     let n_periods = repeats_after(&states, &Measure::new(&turns, frequency), longest);
-    let mut events = events(motion.impacts(), &motion.stretches()?);
+    let mut events = events_of(motion)?;
     events.retain(|event| times.last().is_some_and(|end| event.time <= *end));
     let from = times
         .get(last.saturating_sub(n_periods))

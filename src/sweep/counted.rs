@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::section::{Section, points_of};
+use crate::section::{Section, events_of, points_of};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_COUNTED_SPAN, QUIET_EVALUATIONS, QUIET_SPAN_RATIO};
 
@@ -39,16 +39,22 @@ pub(super) fn until(
                 }
                 most = 2 * most.max(1);
             }
-            Status::Finished if !is_over(&found, start) => span *= 2.0,
+            Status::Finished => {
+                let last = events_of(&found)?.last().map(|last| last.time);
+                if is_over(&found, start, last) {
+                    return Ok(found);
+                }
+                span *= 2.0;
+            }
             _ => return Ok(found),
         }
     }
 }
 
-/// Whether no impact has come for long, or the longest span is over.
-fn is_over(run: &Trajectory, start: f64) -> bool {
+/// Whether no impact has come for long since the last one, or the longest span is over.
+fn is_over(run: &Trajectory, start: f64, last: Option<f64>) -> bool {
     let span = run.t_end() - start;
-    let quiet = run.impacts().last().map_or(0.0, |last| last.time - start);
+    let quiet = last.map_or(0.0, |last| last - start);
     let stats = run.stats();
     let is_enough = stats.n_steps + stats.n_gap_evaluations >= QUIET_EVALUATIONS
         || span > QUIET_SPAN_RATIO * quiet && quiet > 0.0;

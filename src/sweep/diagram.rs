@@ -148,7 +148,7 @@ pub fn bifurcation_diagram_of(
 ) -> Result<BifurcationDiagram> {
     check(values, scenes, options)?;
     let mut all = scenes.iter();
-    all.try_for_each(|scene| scene.check_stops_are_rigid("bifurcation_diagram"))?;
+    all.try_for_each(|scene| scene.check_stops_forget("bifurcation_diagram"))?;
     let mut up: Vec<usize> = (0..values.len()).collect();
     up.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let down: Vec<usize> = up.iter().rev().copied().collect();

@@ -217,3 +217,28 @@ def test_what_goes_on_from_such_an_orbit_says_what_it_does_not_take():
     ):
         with pytest.raises(ValueError, match=r"stops\[0\] is Spring"):
             call()
+
+
+def test_an_orbit_of_another_law_is_no_guess():
+    """Impacts on a stop that gives way in the scene, contacts with one that is rigid there, and the ends of another release."""
+    orbit = settled(soft())
+    rigid = vi.Scene(OSCILLATOR, vi.Harmonic([1.0], 0.8), [vi.Stop(0, 0.5, 0.6)])
+    hit = settled(rigid, periods=300)
+    for scene, guess, law in (
+        (soft(), hit, "Spring"),
+        (rigid, orbit, "Newton"),
+        (soft("force"), orbit, "Spring"),
+    ):
+        with pytest.raises(ValueError, match=f"another law.*law of contact is {law}"):
+            vi.find_orbit(scene, guess)
+    # Without a dashpot all releases are one.
+    elastic = settled(soft(damping=0.0), periods=300)
+    same = vi.find_orbit(soft("gap", damping=0.0), elastic)
+    assert same.v0 == pytest.approx(elastic.v0, abs=1e-11)
+
+
+def test_the_least_gap_of_a_stop_that_gives_way_is_below_zero():
+    """How deep it is pressed, and what is left free of the other."""
+    orbit = settled(soft("gap", vi.Stop(0, 5.0, 0.8)))
+    depth = orbit.contacts["peak_approach"][0]
+    assert orbit.min_gap == pytest.approx([-depth, 4.5 - depth], rel=1e-9)

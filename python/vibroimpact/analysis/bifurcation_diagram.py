@@ -36,8 +36,8 @@ def poincare_points(
     phase : float, optional
         The phase [rad].
     stops : int or sequence of int, optional
-        Look after the impacts on these stops; without ``phase``, ``stops`` and ``plane``, after all. Impacts that accumulate
-        until a stop is at rest are one, at their end.
+        Look after the impacts on these stops, of stops that give way where contacts begin; without ``phase``, ``stops`` and
+        ``plane``, after all. Impacts that accumulate until a stop is at rest are one, at their end.
     plane : (array_like, float), shape (2n,) and a number, optional
         A row and a value: look where ``row @ (q, v)`` rises through the value, at an impact too. None is missed: on each arc of
         the motion the quantity is followed by polynomials to its rounding, which have all their roots found.
@@ -106,8 +106,8 @@ def bifurcation_diagram(
         Periods of the forcing that are left out at each value, and that are looked at; of a scene without such a period impacts
         on ``stops``. Where none comes for long (some thousand turns), there are fewer.
     section : {"phase", "impact"}, default "phase"
-        Whether the motion is looked at once in each period, at ``phase``, or after the impacts on ``stops``; "impact" alone where
-        the forcing has no period.
+        Whether the motion is looked at once in each period, at ``phase``, or after the impacts on ``stops``, of stops that give
+        way where contacts begin; "impact" alone where the forcing has no period.
     phase : float, default 0.0
         The phase of the forcing [rad].
     stops : int or sequence of int, optional
@@ -130,7 +130,7 @@ def bifurcation_diagram(
     ------
     ValueError
         No values, values that are not finite or may not be taken, a name that does not exist, ``section="phase"`` of a scene
-        without a forcing period.
+        without a forcing period; stops that relax (``release="force"``), whose places would be lost from value to value.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::ScaledUnits;
-use crate::itinerary::{Itinerary, check_landings};
+use crate::itinerary::{Itinerary, check_landings, check_laws};
 use crate::model::{Scene, System};
 
 use crate::orbit::pattern::Pattern;
@@ -263,5 +263,6 @@ fn check(scene: &Scene, stages: &Itinerary, first: &ShootingState) -> Result<()>
         return Err(Error::bad_value("guess", found, rule));
     }
     Pattern::new(stages.elements())?.check(scene.stops().len())?;
+    check_laws(scene, stages)?;
     check_landings(scene, stages)
 }
