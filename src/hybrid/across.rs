@@ -11,7 +11,7 @@ use crate::hybrid::maps::HybridMaps;
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
-use crate::law::{Guard, Regime, Transition};
+use crate::law::{Regime, Transition};
 use nalgebra::{DMatrix, DVector};
 
 /// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, to a regime after it; in a
@@ -40,7 +40,7 @@ pub(crate) fn across_rest<M: HybridMaps>(
     Ok(())
 }
 
-/// One impact: the stop that is reached, the stops that receive an impulse with it, the regimes before and after.
+/// One impact: the stop that is reached, the stops that receive an impulse with it, none of one that gives way, the regimes before and after.
 struct ImpactAt<'a> {
     gap_of: usize,
     struck: &'a [usize],
@@ -58,35 +58,21 @@ pub(crate) fn across<M: HybridMaps>(
     deviations: &mut DMatrix<f64>,
 ) -> Result<()> {
     if let Transition::Change(guard, _) = *transition {
-        return across_change(motion, guard, at, state, deviations);
+        // A force may jump with its gap (theory 22); where the force itself is zero nothing does.
+        let (regimes, time) = at;
+        let own = ImpactAt {
+            gap_of: guard.element,
+            struck: &[],
+            regimes,
+            time,
+        };
+        return if guard.is_gap() {
+            across_impact(motion, &own, state, deviations)
+        } else {
+            Ok(())
+        };
     }
     across_impacts(motion, (transition.struck(), order), at, state, deviations)
-}
-
-/// Where an element that gives way goes on in another state, between two regimes: its force may jump with its gap (theory 22). Where the force
-/// itself is zero nothing jumps.
-fn across_change<M: HybridMaps>(
-    motion: &M,
-    guard: Guard,
-    ((before, after), time): ((&Regime, &Regime), f64),
-    state: &DVector<f64>,
-    deviations: &mut DMatrix<f64>,
-) -> Result<()> {
-    if !guard.is_gap() {
-        return Ok(());
-    }
-    let at = motion.gap(guard.element, time, state)?;
-    let (before, after) = (
-        motion.rate(before, time, state)?,
-        motion.rate(after, time, state)?,
-    );
-    let (mut dh, n) = (DVector::zeros(before.len()), at.gradient.len());
-    dh.rows_mut(0, n).copy_from(&at.gradient);
-    let closing = GapRate {
-        by_state: dh.as_view(),
-        total: at.speed(before.rows(0, n)),
-    };
-    saltation(closing, |_| Ok(after - before), deviations)
 }
 
 /// The impacts of the stops that receive an impulse at a time, one after the other, on a state and on deviations from it. Between the regimes

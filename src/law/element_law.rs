@@ -1,7 +1,7 @@
 //! The law of one element, as a user gives it and as a scene has it.
 
 use crate::error::Result;
-use crate::law::contact_law::{ContactLaw, LinearForce};
+use crate::law::contact_law::{ContactLaw, LinearForce, Outcome};
 use crate::law::guard::GuardKind;
 use crate::law::newton::Newton;
 use crate::law::regime::ElementState;
@@ -158,10 +158,10 @@ impl Law {
 
     /// Whether it goes back to its place by itself, in a time.
     pub(crate) fn relaxes(&self) -> bool {
-        match self {
-            Self::Spring(spring) => spring.relaxes(),
-            _ => false,
-        }
+        let (law, pressed) = (self.by_state(), ElementState::Pressed);
+        let relaxes = Outcome::Enters(ElementState::Relaxing);
+        let mut guards = law.guards(pressed).iter();
+        guards.any(|guard| law.outcome(pressed, *guard) == relaxes)
     }
 
     /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.

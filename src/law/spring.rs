@@ -97,11 +97,6 @@ impl Spring {
         said.unwrap_or(ContactRelease::Gap)
     }
 
-    /// Whether it goes back to its place by itself, in a time.
-    pub(crate) fn relaxes(&self) -> bool {
-        self.ends() == ContactRelease::Force
-    }
-
     /// The damping ratio of a mass on the stop alone, `c/(2 sqrt(k m))`.
     fn ratio(&self, mass: f64) -> f64 {
         0.5 * self.force.damping / (self.force.stiffness * mass).sqrt()

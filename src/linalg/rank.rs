@@ -68,10 +68,15 @@ pub(crate) fn pseudo_inverse(a: &DMatrix<f64>, tolerance: f64) -> Result<DMatrix
     Ok(inverse)
 }
 
+/// Orthonormal columns across those of a matrix that is not zero, shape `(rows, rows - rank)`, \[-\].
+pub(crate) fn across(columns: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let none = DVector::zeros(columns.ncols());
+    Ok(solve(&columns.transpose(), &none, DEPENDENT * columns.amax())?.null_space)
+}
+
 /// Whether a vector depends on the columns of a matrix that is not zero.
 pub(crate) fn depends_on(vector: &DVector<f64>, columns: &DMatrix<f64>) -> Result<bool> {
-    let none = DVector::zeros(columns.ncols());
-    let across = solve(&columns.transpose(), &none, DEPENDENT * columns.amax())?.null_space;
+    let across = across(columns)?;
     Ok(across.tr_mul(vector).norm() <= DEPENDENT * vector.norm())
 }
 

@@ -6,7 +6,7 @@ use crate::linalg::rank;
 use crate::modal::modes::{Modes, Spectrum, spectrum};
 use crate::model::{Constraint, ContactGeometry, LinearSystem, Scene};
 use crate::tolerance::DEPENDENT;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// The modes of a linear scene while some stops are pressed, with their stiffness and damping, and others are held, with their gaps at
 /// zero: shapes of shape `(n, m)`, of the m = n - k frequencies that k stops held with independent normals leave.
@@ -52,13 +52,13 @@ pub fn spectrum_in(scene: &Scene, pressed: &[usize], held: &[usize]) -> Result<S
         return spectrum(&LinearSystem::new(mass, damping, stiffness)?);
     }
     let (normals, reactions) = geometry.columns(regime.constrained());
-    let free = along(&normals)?;
+    let free = rank::across(&normals)?;
     if free.ncols() == 0 {
         let value = format!("{held:?}");
         return Err(Error::bad_value("held", value, "these leave no motion"));
     }
     // What the contact forces, along M b, have no part in: the motions themselves, where reactions are those of inertia.
-    let seen = along(&(&mass * reactions))?;
+    let seen = rank::across(&(&mass * reactions))?;
     let part = |m: &DMatrix<f64>, by: &DMatrix<f64>| by.tr_mul(&(m * &free));
     let is_symmetric = free.tr_mul(&seen).singular_values().min() > 1.0 - DEPENDENT;
     let by = if is_symmetric { &free } else { &seen };
@@ -75,12 +75,6 @@ pub fn spectrum_in(scene: &Scene, pressed: &[usize], held: &[usize]) -> Result<S
         )?
     };
     Ok(spectrum(&reduced)?.lifted(&free))
-}
-
-/// Orthonormal columns across some others, shape `(n, n - k)`, \[-\].
-fn along(columns: &DMatrix<f64>) -> Result<DMatrix<f64>> {
-    let none = DVector::zeros(columns.ncols());
-    Ok(rank::solve(&columns.transpose(), &none, DEPENDENT * columns.amax())?.null_space)
 }
 
 /// The regime in which some stops are pressed and others held.

@@ -323,13 +323,10 @@ impl Scene {
     /// # Errors
     /// A stop that gives way.
     pub(crate) fn check_stops_are_rigid(&self, purpose: &str) -> Result<()> {
-        let compliant = |stop: &Constraint| stop.contact().restitution().is_none();
-        let Some(stop) = self.stops.iter().position(compliant) else {
-            return Ok(());
+        let rule = || {
+            format!("{purpose} does not take stops that give way yet; simulate and find_orbit do")
         };
-        let rule =
-            format!("{purpose} does not take stops that give way yet; simulate and find_orbit do");
-        Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
+        self.refuse_springs(|stop| !stop.contact().is_rigid(), rule)
     }
 
     /// Refuses stops whose state says more than positions and velocities do; `purpose` is what goes on from these alone.
@@ -337,14 +334,24 @@ impl Scene {
     /// # Errors
     /// A stop that relaxes.
     pub(crate) fn check_stops_forget(&self, purpose: &str) -> Result<()> {
-        let relaxes = |stop: &Constraint| stop.contact().relaxes();
-        let Some(stop) = self.stops.iter().position(relaxes) else {
-            return Ok(());
+        let rule = || {
+            format!(
+                "{purpose} goes on from positions and velocities alone, and a stop that relaxes (release=\"force\") has a place of its own besides"
+            )
         };
-        let rule = format!(
-            "{purpose} goes on from positions and velocities alone, and a stop that relaxes (release=\"force\") has a place of its own besides"
-        );
-        Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule))
+        self.refuse_springs(|stop| stop.contact().relaxes(), rule)
+    }
+
+    /// Refuses a scene with a stop of some kind that gives way.
+    fn refuse_springs(
+        &self,
+        is_refused: impl Fn(&Constraint) -> bool,
+        rule: impl FnOnce() -> String,
+    ) -> Result<()> {
+        match self.stops.iter().position(is_refused) {
+            Some(stop) => Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule())),
+            None => Ok(()),
+        }
     }
 
     /// Refuses stops that move by themselves; `purpose` says what takes none.

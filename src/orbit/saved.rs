@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::flow::ModalScene;
 use crate::hybrid::{IntegratedMaps, SegmentKind};
-use crate::law::{ElementState, Guard, Regime, Stage, Transition};
+use crate::law::{ElementState, Regime, Stage, Transition};
 use crate::modal::Pair;
 use crate::model::{Constraint, Scene};
 use crate::orbit::orbit_data::{OrbitArc, OrbitData};
@@ -55,14 +55,11 @@ fn changed(scene: &Scene, [before, after]: [&Regime; 2]) -> Option<Transition> {
     let laws = scene.stops().iter().map(Constraint::contact).enumerate();
     let mut compliant = laws.filter(|(_, law)| !law.is_rigid());
     compliant.find_map(|(element, law)| {
-        let states = [before, after].map(|regime| regime.state(element));
-        match states {
-            [from, to] if from == to => None,
-            [ElementState::Relaxing, ElementState::Free] => None,
-            // One that is met where it relaxes was back at its place.
-            [ElementState::Relaxing, to] => Some(Transition::Change(Guard::gap(element), to)),
-            _ => Transition::change(law.by_state(), element, states),
-        }
+        let [from, to] = [before, after].map(|regime| regime.state(element));
+        // One that is met where it relaxes was back at its place.
+        let is_back = from == ElementState::Relaxing;
+        let from = if is_back { ElementState::Free } else { from };
+        Transition::change(law.by_state(), element, [from, to])
     })
 }
 

@@ -17,9 +17,8 @@ pub(crate) struct ImpactEvent {
 
 /// The events of a motion, in order of time: those of its impacts, and where contacts with stops that give way begin.
 pub(crate) fn events_of(motion: &dyn KeptMotion) -> Result<Vec<ImpactEvent>> {
-    let stretches = motion.stretches()?;
-    let mut all = events(motion.impacts(), &stretches);
-    let begun = begun(motion, &stretches);
+    let mut all = events(motion.impacts(), &motion.stretches()?);
+    let begun = contacts_begun(motion)?;
     if begun.is_empty() {
         return Ok(all);
     }
@@ -34,17 +33,18 @@ pub(crate) fn events_of(motion: &dyn KeptMotion) -> Result<Vec<ImpactEvent>> {
     Ok(all)
 }
 
-/// The times at which contacts with stops that give way begin along the parts of a motion, with the stops.
-fn begun(motion: &dyn KeptMotion, stretches: &[Stretch<'_>]) -> Vec<(f64, usize)> {
+/// The times at which contacts with stops that give way begin along a motion, with the stops.
+pub(crate) fn contacts_begun(motion: &dyn KeptMotion) -> Result<Vec<(f64, usize)>> {
     let laws = motion.scene().stops().iter().map(Constraint::contact);
     let laws = laws.enumerate().filter(|(_, law)| !law.is_rigid());
     let compliant: Vec<usize> = laws.map(|own| own.0).collect();
     if compliant.is_empty() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
+    let stretches = motion.stretches()?;
     let is_met = |part: &Stretch<'_>, stop: usize| part.lasting().state(stop).is_met();
     let before = stretches.last().filter(|_| motion.is_closed());
-    let before = before.into_iter().chain(stretches);
+    let before = before.into_iter().chain(&stretches);
     let after = &stretches[usize::from(!motion.is_closed()).min(stretches.len())..];
     let pairs = before.zip(after);
     let each = pairs.flat_map(|(before, part)| {
@@ -54,7 +54,7 @@ fn begun(motion: &dyn KeptMotion, stretches: &[Stretch<'_>]) -> Vec<(f64, usize)
             .filter(begins)
             .map(|stop| (part.start, *stop))
     });
-    each.collect()
+    Ok(each.collect())
 }
 
 /// The events of impacts, in order of time, and of the parts of a motion, of which those with impacts that accumulate count. These begin

@@ -5,7 +5,7 @@ mod plane;
 mod points;
 mod settled;
 
-pub(crate) use events::events_of;
+pub(crate) use events::contacts_begun;
 pub use points::{PoincarePoints, Section, poincare_points};
 pub(crate) use points::{points_of, wait};
 pub(crate) use settled::{Settled, farthest_from, settled, settled_by_impacts};

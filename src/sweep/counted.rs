@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::{PhysicalState, Scene};
-use crate::section::{Section, events_of, points_of};
+use crate::section::{Section, contacts_begun, points_of};
 use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
 use crate::tolerance::{FIRST_COUNTED_SPAN, QUIET_EVALUATIONS, QUIET_SPAN_RATIO};
 
@@ -39,24 +39,22 @@ pub(super) fn until(
                 }
                 most = 2 * most.max(1);
             }
-            Status::Finished => {
-                let last = events_of(&found)?.last().map(|last| last.time);
-                if is_over(&found, start, last) {
-                    return Ok(found);
-                }
-                span *= 2.0;
-            }
+            Status::Finished if !is_over(&found, start)? => span *= 2.0,
             _ => return Ok(found),
         }
     }
 }
 
-/// Whether no impact has come for long since the last one, or the longest span is over.
-fn is_over(run: &Trajectory, start: f64, last: Option<f64>) -> bool {
+/// Whether no impact has come for long, and no contact begun, or the longest span is over.
+fn is_over(run: &Trajectory, start: f64) -> Result<bool> {
     let span = run.t_end() - start;
-    let quiet = last.map_or(0.0, |last| last - start);
+    let (impact, begun) = (run.impacts().last(), contacts_begun(run)?);
+    let last = impact.map(|last| last.time).into_iter();
+    let last = last.chain(begun.last().map(|last| last.0));
+    let quiet = last.fold(0.0, |quiet: f64, last| quiet.max(last - start));
     let stats = run.stats();
     let is_enough = stats.n_steps + stats.n_gap_evaluations >= QUIET_EVALUATIONS
         || span > QUIET_SPAN_RATIO * quiet && quiet > 0.0;
-    quiet <= 0.5 * span && is_enough || span >= FIRST_COUNTED_SPAN * 2f64.powi(MOST_SPAN_DOUBLINGS)
+    let is_longest = span >= FIRST_COUNTED_SPAN * 2f64.powi(MOST_SPAN_DOUBLINGS);
+    Ok(quiet <= 0.5 * span && is_enough || is_longest)
 }
