@@ -470,14 +470,12 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
             return Ok(());
         }
         let motion = self.motion_in(regime)?;
-        if regime.constrained().is_empty() {
-            self.regime_motion = Some(motion);
-            return self.evaluate_gaps();
+        if !regime.constrained().is_empty() {
+            let (q, v) = self.settled(regime)?;
+            let at = self.moment();
+            let (q, v) = motion.lift(&motion.reduce(&q, &v, at), at);
+            self.put((&q, &v), 0.0);
         }
-        let (q, v) = self.settled(regime)?;
-        let at = self.moment();
-        let (q, v) = motion.lift(&motion.reduce(&q, &v, at), at);
-        self.put((&q, &v), 0.0);
         self.regime_motion = Some(motion);
         self.evaluate_gaps()
     }
