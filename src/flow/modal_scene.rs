@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::flow::gap_row::Quantity;
 use crate::flow::many_drive::{ManyDrive, SignalInput};
 use crate::flow::scene_flow::{SceneFlow, modal_flow};
+use crate::law::Regime;
 use crate::modal::{Form, ModalForm, Pair, Response, check_range};
 use crate::model::{ContactGeometry, Excitation, LinearSystem, Moment, Rotations, Scene};
 use nalgebra::{Complex, DVector};
@@ -61,17 +62,21 @@ impl ModalContacts {
         if geometry.len() > 0 && system.diagonals().is_none() {
             check_range(system)?;
         }
+        Ok(Self::of(Arc::new(geometry), form))
+    }
+
+    fn of(geometry: Arc<ContactGeometry>, form: &ModalForm) -> Self {
         let each = |of: &dyn Fn(usize) -> Vec<Pair>| {
             Arc::new((0..geometry.len()).map(of).collect::<Vec<_>>())
         };
         let normal = |i: usize| geometry.normals.column(i).into_owned();
         let reaction = |i: usize| geometry.reactions.column(i).into_owned();
-        Ok(Self {
+        Self {
             position_rows: each(&|i| form.position_row(&normal(i))),
             velocity_rows: each(&|i| form.velocity_row(&normal(i))),
             jumps: each(&|i| form.velocity_jump(&reaction(i))),
-            geometry: Arc::new(geometry),
-        })
+            geometry,
+        }
     }
 }
 
@@ -93,6 +98,66 @@ impl ModalScene {
             .contacts()
             .or_made(|| ModalContacts::new(system, &form, scene))?;
         let excitation = scene.excitation().turned(phase);
+        Ok(Self::of_parts(system, form, &contacts, excitation))
+    }
+
+    /// The same with the stops that are pressed in a regime as springs and dashpots of its system: the motion while nothing is held.
+    pub fn with_pressed(&self, regime: &Regime) -> Result<Self> {
+        let (system, g) = (&self.system, &self.geometry);
+        let (mass, n) = (system.mass(), system.n_dof());
+        let [stiffness, damping] = g.pressed(regime).map(|m| mass.to_dense() * m);
+        let stiffened = LinearSystem::new(
+            mass.to_dense(),
+            system.damping().to_dense() + damping,
+            system.stiffness().to_dense() + stiffness,
+        )?;
+        let mut excitation = self.excitation.clone();
+        excitation.load = excitation.constant(n);
+        for (element, force) in g.forces(regime) {
+            let direction = mass.times(&g.reactions.column(element).into_owned());
+            let clearance = self.mean_clearances(&[element])[0];
+            let push = force.stiffness * clearance - force.preload;
+            excitation.load.axpy(push, &direction, 1.0);
+            let motion = self.excitation.motion_of(element);
+            let amplitudes = motion.map_or(&[][..], |own| &own.amplitudes);
+            let frequencies = self.rotations.frequencies();
+            let turning = excitation.harmonics.iter_mut().zip(frequencies);
+            for ((part, w), amplitude) in turning.zip(amplitudes) {
+                if part.force.is_empty() {
+                    part.force = DVector::zeros(n);
+                }
+                let push = amplitude * Complex::new(force.stiffness, force.damping * w);
+                part.force.zip_apply(&direction, |own, b| *own += push * b);
+            }
+        }
+        let form = ModalForm::of(&stiffened)?;
+        let contacts = ModalContacts::of(Arc::clone(g), &form);
+        Ok(Self::of_parts(
+            &Arc::new(stiffened),
+            form,
+            &contacts,
+            excitation,
+        ))
+    }
+
+    /// The same with other clearances of some stops.
+    pub fn with_clearances(&self, changed: &[(usize, f64)]) -> Self {
+        let mut geometry = (*self.geometry).clone();
+        for &(stop, clearance) in changed {
+            geometry.clearances[stop] = clearance;
+        }
+        Self {
+            geometry: Arc::new(geometry),
+            ..self.clone()
+        }
+    }
+
+    fn of_parts(
+        system: &Arc<LinearSystem>,
+        form: Arc<ModalForm>,
+        contacts: &ModalContacts,
+        excitation: Excitation,
+    ) -> Self {
         let n = system.n_dof();
         let load = form.load(system, &excitation.constant(n));
         let none = || vec![[Complex::default(); 2]; n];
@@ -115,7 +180,7 @@ impl ModalScene {
             },
         });
         let signals = signals.collect();
-        Ok(Self {
+        Self {
             system: Arc::clone(system),
             form,
             geometry: Arc::clone(&contacts.geometry),
@@ -130,7 +195,7 @@ impl ModalScene {
             rotations: excitation.rotations.clone(),
             excitation,
             flow_cache: FlowCache::default(),
-        })
+        }
     }
 
     /// The gap of a stop as a quantity of the motion.

@@ -446,16 +446,13 @@ fn beside_relaxing(mut row: Vec<Pair>, relaxing: &[(usize, Relaxation)]) -> Vec<
 fn over_mass(scene: &ModalScene, regime: &Regime) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
     let (system, g) = (&scene.system, &scene.geometry);
     let over = |m: DMatrix<f64>| solve_columns(system, &m);
-    let mut stiffness = over(system.stiffness().to_dense());
-    let mut damping = over(system.damping().to_dense());
+    let [stiffness, damping] = g.pressed(regime);
+    let stiffness = over(system.stiffness().to_dense()) + stiffness;
+    let damping = over(system.damping().to_dense()) + damping;
     let mut own = system.solve_mass(&scene.excitation.constant(system.n_dof()));
     for (element, force) in g.forces(regime) {
-        let (normal, reaction) = (g.normals.column(element), g.reactions.column(element));
-        let across = reaction * normal.transpose();
-        stiffness += &across * force.stiffness;
-        damping += across * force.damping;
         let clearance = scene.mean_clearances(&[element])[0];
-        own += reaction * (force.stiffness * clearance - force.preload);
+        own += g.reactions.column(element) * (force.stiffness * clearance - force.preload);
     }
     (stiffness, damping, own)
 }

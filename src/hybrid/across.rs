@@ -11,8 +11,8 @@ use crate::hybrid::maps::HybridMaps;
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
 use crate::impact::{GapRate, saltation};
-use crate::law::{Regime, Transition};
-use nalgebra::{DMatrix, DVector};
+use crate::law::{Regime, Relaxation, Transition};
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, to a regime after it; in a
 /// motion of some units.
@@ -101,6 +101,43 @@ pub(crate) fn across_impacts<M: HybridMaps>(
         across_impact(motion, &own, state, deviations)?;
         before = after;
     }
+    Ok(())
+}
+
+/// The deviations of the place at which an element is left to relax, from those of the state before that instant: where an impact ends its
+/// force the two have different speeds, and the `delays` of the impact count.
+pub(crate) fn place_left<M: HybridMaps>(
+    motion: &M,
+    (element, relaxation): (usize, Relaxation),
+    (time, state): (f64, &DVector<f64>),
+    (deviations, delays): (&DMatrix<f64>, Option<&RowDVector<f64>>),
+) -> Result<RowDVector<f64>> {
+    let at = motion.gap(element, time, state)?;
+    let n = at.gradient.len();
+    let mut place = -at.gradient.tr_mul(&deviations.rows(0, n));
+    if let Some(delays) = delays {
+        place -= delays * (at.speed(state.rows(n, n)) + relaxation.speed(-at.gap));
+    }
+    Ok(place)
+}
+
+/// The instant at which an element that relaxes is met, on deviations from a state, with those of its place (theory 22): its guard is `r - p`.
+pub(crate) fn across_meeting<M: HybridMaps>(
+    motion: &M,
+    (element, relaxation): (usize, Relaxation),
+    ((before, after), time): ((&Regime, &Regime), f64),
+    state: &DVector<f64>,
+    (deviations, place): (&mut DMatrix<f64>, &RowDVector<f64>),
+) -> Result<()> {
+    let at = motion.gap(element, time, state)?;
+    let [from, to] = [
+        motion.rate(before, time, state)?,
+        motion.rate(after, time, state)?,
+    ];
+    let n = at.gradient.len();
+    let closing = relaxation.speed(-at.gap) + at.speed(from.rows(0, n));
+    let own = at.gradient.tr_mul(&deviations.rows(0, n)) + place;
+    *deviations += (to - from) * own / closing;
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use crate::hybrid::landing::land;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
-use crate::law::{Guard, Regime, Stage, Transition};
+use crate::law::{Guard, GuardKind, Regime, Stage, Transition};
 use crate::tolerance::CENTRAL_DIFFERENCE_STEP;
 use nalgebra::{DMatrix, DVector};
 
@@ -85,7 +85,7 @@ pub(crate) fn arrival<M: HybridMaps + ?Sized>(
 }
 
 /// The condition of a transition on a state before it and on its time, scaled, with what deviations make of it; none of a stop that is
-/// struck, which has its own on the state after.
+/// struck, which has its own on the state after, and of a stop that relaxes.
 pub(crate) fn condition<M: HybridMaps + ?Sized>(
     motion: &M,
     stage: &Stage,
@@ -94,6 +94,8 @@ pub(crate) fn condition<M: HybridMaps + ?Sized>(
 ) -> Result<Option<(f64, DVector<f64>)>> {
     match stage.transition {
         Transition::Nothing | Transition::Strike(_) => Ok(None),
+        // The place of the element is known from an instant before.
+        Transition::Change(guard, _) if guard.kind == GuardKind::Distance => Ok(None),
         Transition::Chatter(stop) => gap_condition(motion, stop, units, y).map(Some),
         Transition::Release(stop) => {
             let GapAt { gradient, .. } = motion.gap(stop, y.time, &y.state)?;
@@ -118,7 +120,7 @@ fn force_condition<M: HybridMaps + ?Sized>(
     units: &ScaledUnits,
     y: &Timed,
 ) -> Result<(f64, DVector<f64>)> {
-    let force = motion.force(guard.element);
+    let force = motion.contact_law(guard.element).pressed_force();
     let GapAt { gradient, .. } = motion.gap(guard.element, y.time, &y.state)?;
     let scale = 1.0 / (gradient.amax() * force.size_at(units.position, units.velocity));
     let value = |t: f64, x: &DVector<f64>| {

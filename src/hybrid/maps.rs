@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::impact::{StopsAt, project};
-use crate::law::{LinearForce, Newton, Regime};
+use crate::law::{Law, Newton, Regime};
 use crate::model::PhysicalState;
 use crate::tolerance::ORBIT_CLOSED;
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -137,8 +137,8 @@ pub(crate) trait HybridMaps {
     fn reaction(&self, stop: usize, state: &DVector<f64>) -> Result<DVector<f64>>;
     /// The law of impact of a stop.
     fn law(&self, stop: usize) -> Newton;
-    /// The force that an element has where it is pressed.
-    fn force(&self, element: usize) -> LinearForce;
+    /// The law of contact of an element.
+    fn contact_law(&self, element: usize) -> &Law;
 }
 
 /// The state to which another one is carried in a regime over a span of time.

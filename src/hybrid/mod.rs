@@ -21,7 +21,9 @@ mod segment;
 pub(crate) mod system;
 mod timed;
 
-pub(crate) use across::{across, across_free_impact, across_impacts, across_rest};
+pub(crate) use across::{
+    across, across_free_impact, across_impacts, across_meeting, across_rest, place_left,
+};
 pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, regime_motions};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};
 pub(crate) use impact_outcome::{ImpactOutcome, impact_outcome, landing_on};

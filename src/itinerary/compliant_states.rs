@@ -79,19 +79,9 @@ impl<'a> CompliantStates<'a> {
         }
         let element = from.element;
         let found = match (from.state, to) {
-            (ElementState::Held, _)
-            | (_, ElementState::Held)
-            | (ElementState::Relaxing, ElementState::Pressed) => None,
+            (ElementState::Held, _) | (_, ElementState::Held) => None,
             (from, to) => Transition::change(self.laws[element].by_state(), element, [from, to]),
         };
-        found.ok_or_else(|| {
-            let what = match to {
-                ElementState::Pressed if from.state == ElementState::Relaxing => {
-                    "a stop that is met before it is back at its place"
-                }
-                _ => "a body that comes to a seat or leaves it",
-            };
-            unsupported(what, time)
-        })
+        found.ok_or_else(|| unsupported("a body that comes to a seat or leaves it", time))
     }
 }

@@ -15,4 +15,4 @@ pub(crate) use instant::{Instant, begun_with_impact, turned, without_first, with
 pub(crate) use list::{Itinerary, check_landings, check_laws, unsupported};
 pub(crate) use read::{ReadInstant, folded, instants_of, instants_of_arcs, uneventful_end};
 pub(crate) use short::Coincidence;
-pub(crate) use transport::transport;
+pub(crate) use transport::monodromy;

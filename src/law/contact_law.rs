@@ -62,6 +62,16 @@ impl Relaxation {
         positive_part(place - gone * (place + self.beyond))
     }
 
+    /// The speed at which a place goes back.
+    pub fn speed(self, place: f64) -> f64 {
+        -self.rate * (place + self.beyond)
+    }
+
+    /// What is left after a time of a small deviation of a place.
+    pub fn left(self, time: f64) -> f64 {
+        (-self.rate * time).exp()
+    }
+
     /// The time after which a place is back, to the last digit.
     pub fn duration(self, place: f64) -> f64 {
         if self.beyond > 0.0 {

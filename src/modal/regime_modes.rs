@@ -41,13 +41,9 @@ pub fn spectrum_in(scene: &Scene, pressed: &[usize], held: &[usize]) -> Result<S
     }
     let geometry = ContactGeometry::new(system, scene);
     let mass = system.mass().to_dense();
-    let (mut stiffness, mut damping) = (system.stiffness().to_dense(), system.damping().to_dense());
-    for (element, force) in geometry.forces(&regime) {
-        let direction = &mass * geometry.reactions.column(element);
-        let across = direction * geometry.normals.column(element).transpose();
-        stiffness += &across * force.stiffness;
-        damping += &across * force.damping;
-    }
+    let [stiffness, damping] = geometry.pressed(&regime).map(|added| &mass * added);
+    let stiffness = system.stiffness().to_dense() + stiffness;
+    let damping = system.damping().to_dense() + damping;
     if held.is_empty() {
         return spectrum(&LinearSystem::new(mass, damping, stiffness)?);
     }

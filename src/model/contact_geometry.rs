@@ -83,6 +83,18 @@ impl ContactGeometry {
         })
     }
 
+    /// What the elements that are pressed in a regime add to the stiffness and the damping over the mass, shape `(n, n)` each.
+    pub fn pressed(&self, regime: &Regime) -> [DMatrix<f64>; 2] {
+        let n = self.normals.nrows();
+        let mut added = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+        for (element, force) in self.forces(regime) {
+            let across = self.reactions.column(element) * self.normals.column(element).transpose();
+            added[0] += &across * force.stiffness;
+            added[1] += across * force.damping;
+        }
+        added
+    }
+
     /// Whether an impact on one of two stops changes the normal velocity at the other.
     pub fn is_coupled(&self, i: usize, j: usize) -> bool {
         let sees = |n: usize, b: usize| {

@@ -11,7 +11,7 @@ use crate::hybrid::{
     ClosedFormMaps, FlightPieces, HybridMaps, IntegratedMaps, OrbitDense, regime_motions,
 };
 use crate::impact::Impact;
-use crate::itinerary::{closing, hits, transport};
+use crate::itinerary::{closing, hits, monodromy};
 use crate::law::Stage;
 use crate::modal::ModalState;
 use crate::model::PhysicalState;
@@ -166,13 +166,18 @@ impl OrbitMotion {
         }
     }
 
-    /// By how much free flights miss their ends and contacts, relative to the size of the motion, where that is more than rounding
-    /// explains.
-    pub fn lost(&self, phase: f64, flights: &[OrbitArc]) -> Option<f64> {
+    /// By how much flights of a linear scene miss their ends and contacts, relative to the size of the motion, where that is more than
+    /// rounding explains.
+    pub fn lost(&self, phase: f64, flights: &[OrbitArc]) -> Result<Option<f64>> {
         let Self::Modal { modal, .. } = self else {
-            return None;
+            return Ok(None);
         };
-        with_flow!(&*modal.flow(), f => FlightPropagator::new(modal, f).lost(phase, flights))
+        if !flights.iter().all(OrbitArc::is_flight) {
+            return self.closure_defect(phase, flights, [0.0; 2]);
+        }
+        let lost =
+            with_flow!(&*modal.flow(), f => FlightPropagator::new(modal, f).lost(phase, flights));
+        Ok(lost)
     }
 
     /// By how much the motion misses its own ends by another route than the one that made it: free flights of a linear scene along the flow
@@ -316,8 +321,6 @@ fn over_flights<M: HybridMaps>(
     let arcs: Vec<_> = flights.iter().map(|own| own.clone().map(&state)).collect();
     over_orders(&closing(flights), (found, is_coupled), |order| {
         observer.ask()?;
-        let mut monodromy = DMatrix::identity(arcs[0].after.len(), arcs[0].after.len());
-        transport(motion, order, &arcs, &mut monodromy)?;
-        Ok(monodromy)
+        monodromy(motion, order, &arcs)
     })
 }

@@ -58,7 +58,7 @@ impl Orbits {
         } = solutions;
         let orbits = all.into_iter().map(|parts| orbit(problem, parts));
         let mut orbits = orbits.collect::<Result<Vec<_>>>()?;
-        keep_closed(&mut orbits, &mut reason);
+        keep_closed(&mut orbits, &mut reason)?;
         let (verdict, family) = match (orbits.is_empty(), family) {
             (true, _) => (Verdict::None, None),
             (false, None) => (Verdict::Found, None),
@@ -137,28 +137,23 @@ fn at_clearances(
     modal: &Arc<ModalScene>,
     changed: &[(usize, f64)],
 ) -> Result<(Scene, Arc<ModalScene>)> {
-    let mut geometry = (*modal.geometry).clone();
-    for &(stop, clearance) in changed {
-        geometry.clearances[stop] = clearance;
-    }
-    let clearances = geometry.clearances.as_slice().to_vec();
+    let modal = Arc::new(modal.with_clearances(changed));
+    let clearances = modal.geometry.clearances.as_slice().to_vec();
     Ok((
         scene.replace(Change::EachStop(StopNumber::Clearance, clearances))?,
-        Arc::new(ModalScene {
-            geometry: Arc::new(geometry),
-            ..(**modal).clone()
-        }),
+        modal,
     ))
 }
 
 /// Takes the orbits out that do not close, and says so: there rounding has left no digits of them.
-fn keep_closed(orbits: &mut Vec<PeriodicOrbit>, reason: &mut String) {
-    let mut lost = Vec::new();
-    orbits.retain(|orbit| {
-        let misfit = orbit.lost();
-        lost.extend(misfit);
-        misfit.is_none()
-    });
+fn keep_closed(orbits: &mut Vec<PeriodicOrbit>, reason: &mut String) -> Result<()> {
+    let misfits: Vec<Option<f64>> = orbits
+        .iter()
+        .map(PeriodicOrbit::lost)
+        .collect::<Result<_>>()?;
+    let mut of_each = misfits.iter();
+    orbits.retain(|_| of_each.next().is_some_and(Option::is_none));
+    let lost: Vec<f64> = misfits.into_iter().flatten().collect();
     if let Some(worst) = lost.iter().copied().reduce(f64::max) {
         reason.push_str(&format!(
             "; {} of these cannot be told from rounding: gone through once, the motion misses its beginning by {} of its size",
@@ -166,6 +161,7 @@ fn keep_closed(orbits: &mut Vec<PeriodicOrbit>, reason: &mut String) {
             digits(worst)
         ));
     }
+    Ok(())
 }
 
 /// The order of orbits: stable and admissible first, then admissible, then undecided, then by depth of violation. Asks for

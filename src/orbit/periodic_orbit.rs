@@ -122,7 +122,7 @@ impl PeriodicOrbit {
     }
 
     /// By how much the motion misses its own beginning, relative to its size, where that is more than rounding explains.
-    pub(super) fn lost(&self) -> Option<f64> {
+    pub(super) fn lost(&self) -> Result<Option<f64>> {
         self.motion.lost(self.phase, &self.flights)
     }
 

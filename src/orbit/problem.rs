@@ -56,7 +56,6 @@ pub(crate) fn check(
     purpose: &str,
 ) -> Result<()> {
     scene.linear_system(purpose)?;
-    scene.check_stops_are_rigid(purpose)?;
     scene.check_period(purpose)?;
     if scene.frequency().is_none() {
         return Err(Error::bad_value(
@@ -67,18 +66,20 @@ pub(crate) fn check(
             ),
         ));
     }
+    pattern.check(scene.stops().len())?;
+    let gives_way = stops_that_give_way(scene, pattern, purpose)?.is_some();
     let harmonics = scene.excitation().rotations.n_harmonics;
-    if harmonics > 1 && (pattern.instants().len() > 1 || options.free.is_some()) {
+    if harmonics > 1 && (pattern.instants().len() > 1 || options.free.is_some() || gives_way) {
         let found = format!("of {harmonics} harmonics");
         let rule = format!(
-            "{purpose} solves patterns of two instants, and frees a parameter, under one; use find_orbit with a guess"
+            "{purpose} solves patterns of two instants, and of stops that give way, and frees a parameter, under one; use find_orbit with a \
+             guess"
         );
         return Err(Error::bad_value("forcing", found, rule));
     }
     if pattern.instants().len() > 1 {
         scene.check_stops_rest(&format!("{purpose} of two instants"))?;
     }
-    pattern.check(scene.stops().len())?;
     if pattern.instants().len() > 2 {
         return Err(Error::bad_value(
             "pattern",
@@ -122,6 +123,32 @@ pub(crate) fn check(
             "it must be (low, high) with low < high",
         )),
     }
+}
+
+/// The stops of a pattern whose contacts last: one, or two that are to be each other's mirror images; none of a pattern of impacts.
+///
+/// # Errors
+/// `Error::BadValue` for other patterns with stops that give way.
+pub(crate) fn stops_that_give_way(
+    scene: &Scene,
+    pattern: &Pattern,
+    purpose: &str,
+) -> Result<Option<Vec<usize>>> {
+    let stops: Vec<usize> = pattern.instants().concat();
+    let is_rigid = |stop: &usize| scene.stops()[*stop].contact().is_rigid();
+    if stops.iter().all(is_rigid) {
+        return Ok(None);
+    }
+    let is_one_each = pattern.instants().iter().all(|instant| instant.len() == 1);
+    if is_one_each && stops.len() <= 2 && !stops.iter().any(is_rigid) {
+        return Ok(Some(stops));
+    }
+    let found = format!("{:?}", pattern.instants());
+    let rule = format!(
+        "of stops that give way {purpose} solves one contact in the period, and two stops that are each other's mirror images; use find_orbit \
+         with a guess"
+    );
+    Err(Error::bad_value("pattern", found, rule))
 }
 
 /// A range as Python writes it.

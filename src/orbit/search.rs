@@ -4,13 +4,14 @@ use crate::error::Result;
 use crate::model::{Parameter, Scene};
 use crate::observer::Observer;
 use crate::orbit::free_parameter::{free_forcing, free_parameter};
+use crate::orbit::one_contact::solve::one_contact;
 use crate::orbit::one_instant::solve::{
     at_clearance, at_phase, at_scaled_clearance, without_impacts,
 };
 use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::orbits::Orbits;
 use crate::orbit::pattern::Pattern;
-use crate::orbit::problem::{Problem, check};
+use crate::orbit::problem::{Problem, check, stops_that_give_way};
 use crate::orbit::two_instants::solve::two_instants;
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
@@ -28,9 +29,14 @@ use crate::orbit::two_instants::solve::two_instants;
 /// 1e-9 of it are not searched, no margin is reported, no free parameter is taken, and of undamped modes in step with the
 /// period there may be four.
 ///
+/// Of a stop that gives way every orbit is found that has one contact with it in the period, of two such stops, each the image of the other in
+/// a scene that is odd, those that are their own images half a period later: by an equation in the duration of the contact, every one of
+/// which is an orbit's or excluded by bounds. Stops of any law that are not met may stand by.
+///
 /// # Errors
 /// A nonlinear or unforced scene, a pattern that does not fit it or has more than two instants, options that contradict
-/// each other, a phase given for two instants without a common stop; a motion that grows beyond the doubles within a period,
+/// each other, a phase given for two instants without a common stop; of stops that give way patterns other than one contact, and one of each of
+/// two that are each other's images; a motion that grows beyond the doubles within a period,
 /// a period of more than 1e12 turns of the fastest mode, whose phase is lost.
 ///
 /// # References
@@ -50,6 +56,10 @@ pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions)
     let observer = &mut Observer::default();
     check(scene, pattern, options, "periodic_orbits")?;
     let problem = Problem::new(scene, pattern, options)?;
+    if let Some(stops) = stops_that_give_way(scene, pattern, "periodic_orbits")? {
+        let solutions = one_contact(&problem, &stops, observer)?;
+        return Orbits::new(&problem, solutions, observer);
+    }
     let solutions = match (pattern.instants(), options.phase, options.free) {
         ([], ..) => without_impacts(&problem)?,
         ([_], Some(phase), _) => at_phase(&problem, phase)?,

@@ -48,8 +48,8 @@ use pyo3::types::{PyList, PyTuple};
 /// ValueError
 ///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; a stop of ``pattern`` that is
 ///     not hit within a period; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit; of
-///     stops that give way a scene that is not linear, a body that comes to a seat or leaves it, a relaxing stop that is met before it is
-///     back, a change of state at the instant of another event.
+///     stops that give way a scene that is not linear, a body that comes to a seat or leaves it, a change of state at the instant of
+///     another event.
 /// TypeError
 ///     A guess that is none of these.
 ///

@@ -114,6 +114,7 @@ motion_class! { PyOrbit as "orbit" |own| own.0; (t): &Bound<'py, PyAny>;
     }
 
     /// Floquet multipliers [-], shape (2n,) complex, largest modulus first; of several orders the worst; None where undefined.
+    /// One more for each stop that relaxes at t = 0 and is met before it is back.
     #[getter]
     fn floquet_multipliers<'py>(
         &self,
@@ -126,7 +127,8 @@ motion_class! { PyOrbit as "orbit" |own| own.0; (t): &Bound<'py, PyAny>;
             .map(|o| out_complex(py, &o.multipliers)))
     }
 
-    /// Monodromy matrix in (q, v) [m, m/s], shape (2n, 2n), of the order of ``floquet_multipliers``; None where undefined.
+    /// Monodromy matrix in (q, v) [m, m/s], shape (2n, 2n), of the order of ``floquet_multipliers``; None where undefined. Behind
+    /// them are the places [m] of stops that relax at t = 0 and are met before they are back.
     #[getter]
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         self.decided(py)?

@@ -249,7 +249,8 @@ pub(crate) fn _restore_orbits(
 /// Raises
 /// ------
 /// ValueError
-///     A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other; a motion that
+///     A nonlinear or unforced scene, a pattern that does not fit it, options that contradict each other; of stops that give way other
+///     patterns than ``[i]``, and ``[i, j]`` of two that are each other's images; a motion that
 ///     outgrows the doubles within a period, a period of more than 1e12 turns of the fastest mode, whose phase is lost.
 /// ConvergenceError
 ///     If an eigenvalue iteration fails.
@@ -262,6 +263,10 @@ pub(crate) fn _restore_orbits(
 /// A pattern of two instants is searched in the flight time between them, every one of which is an orbit's or excluded by
 /// bounds; ``reason`` says what was proved. Flight times nearer to 0 or the period than 1e-9 of it are not searched,
 /// ``margin`` is None there, ``free`` is not taken, and of undamped modes in step with the period there may be four.
+///
+/// Of a stop (``Spring``) that gives way every orbit is found that has one contact with it in the period, of two such stops, each the image of the other in
+/// a scene that is odd, those that are their own images half a period later: by an equation in the duration of the contact, every one of
+/// which is an orbit's or excluded by bounds. Stops of any law that are not met may stand by.
 ///
 /// References
 /// ----------

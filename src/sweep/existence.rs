@@ -8,7 +8,7 @@ use crate::model::{Parameter, Scene};
 use crate::observer::{Observer, ProgressRange, report};
 use crate::orbit::{
     OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
-    period, periodic_orbits, ranking,
+    period, periodic_orbits, ranking, stops_that_give_way,
 };
 use crate::quantity::room_for;
 use crate::sweep::parametric_scene::ParametricScene;
@@ -223,7 +223,7 @@ pub fn existence_at(scene: &Scene, pattern: &Pattern, n_periods: usize) -> Resul
         ..Default::default()
     };
     check(scene, pattern, &options, "existence_map")?;
-    if let [_] = pattern.instants() {
+    if is_one_instant(scene, pattern)? {
         let modal = ModalScene::new(scene, "existence_map")?;
         return one_instant(&modal, pattern, n_periods, &mut Observer::default());
     }
@@ -319,7 +319,7 @@ impl<'a> MapRequest<'a> {
     fn point(&self, parametric: &mut ParametricScene<'_>, index: usize) -> Result<ExistencePoint> {
         let (i, j) = (index % self.x.values.len(), index / self.x.values.len());
         let (x, y) = (self.x.values[i], self.y.values[j]);
-        if let [_] = self.pattern.instants() {
+        if is_one_instant(self.scene, self.pattern)? {
             let values = [(self.x.parameter, x), (self.y.parameter, y)];
             let Some(scene) = in_doubles(parametric.at(&values))? else {
                 return Ok(NO_ORBIT);
@@ -350,6 +350,12 @@ fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// Whether all that happens in a pattern is impacts at one instant.
+fn is_one_instant(scene: &Scene, pattern: &Pattern) -> Result<bool> {
+    let gives_way = stops_that_give_way(scene, pattern, "existence_map")?.is_some();
+    Ok(pattern.instants().len() == 1 && !gives_way)
 }
 
 /// The point of a pattern of one instant, without building scenes or orbits.

@@ -232,3 +232,67 @@ def test_the_least_gap_of_a_stop_that_gives_way_is_below_zero():
     orbit = settled(soft("gap", vi.Stop(0, 5.0, 0.8)))
     depth = orbit.contacts["peak_approach"][0]
     assert orbit.min_gap == pytest.approx([-depth, 4.5 - depth], rel=1e-9)
+
+
+class TestAStopThatIsMetBeforeItIsBack:
+    """Heavy dashpots relax so slowly that their place is remembered from contact to contact."""
+
+    @staticmethod
+    def multipliers_by_differences(orbit, at):
+        """Return those of simulations over a period that begin and end in a contact, which remembers nothing else."""
+        q, v = orbit.position(at), orbit.velocity(at)
+        x = np.concatenate([q, v])
+        n = len(q)
+        scene = orbit.scene.replace(phase=orbit.phase + orbit.scene.forcing.frequency * at)
+        step = 1e-6
+
+        def after(x):
+            return np.concatenate(vi.simulate(scene, x[:n], x[n:], (0, orbit.period)).final)
+
+        assert after(x) == pytest.approx(x, abs=1e-10)
+        return np.linalg.eigvals(np.transpose([(after(x + step * e) - after(x - step * e)) / (2 * step) for e in np.eye(2 * n)]))
+
+    @pytest.mark.parametrize("damping", [8.0, 20.0, 60.0])
+    @pytest.mark.parametrize("preload", [0.0, 0.05])
+    def test_one_stop(self, damping, preload):
+        """The orbit retraces a run, and its multipliers are those of runs beside it."""
+        law = vi.Spring(20.0, damping, release="force", preload=preload)
+        scene = vi.Scene(OSCILLATOR, vi.Harmonic([1.0], 1.2), [vi.Stop(0, 0.3, contact=law)])
+        orbit = settled(scene, periods=200)
+        assert orbit.signature == (("press", "stop[0]"), ("relax", "stop[0]"))
+        assert orbit.is_admissible is True
+        deep = orbit.position(0.0)[0] - 0.3
+        assert deep > 1e-6 or (preload > 0 and abs(deep) < 1e-12)
+        inside = 0.3 * orbit.contacts["end"][0]
+        beside = self.multipliers_by_differences(orbit, inside)
+        assert np.sort_complex(orbit.floquet_multipliers) == pytest.approx(np.sort_complex(beside), abs=1e-7)
+        again = vi.find_orbit(scene.replace(frequency=1.21), orbit)
+        assert again.signature == orbit.signature
+        assert again.is_admissible is True
+
+    def test_it_is_one_of_all_orbits_with_one_contact(self):
+        """The equation in the duration has the memory in it."""
+        law = vi.Spring(20.0, 20.0, release="force")
+        scene = vi.Scene(OSCILLATOR, vi.Harmonic([1.0], 1.2), [vi.Stop(0, 0.3, contact=law)])
+        (own,) = [orbit for orbit in vi.periodic_orbits(scene, [0]) if orbit.is_admissible]
+        found = settled(scene, periods=200)
+        assert own.v0 == pytest.approx(found.v0, abs=1e-11)
+        assert own.q0 == pytest.approx(found.q0, abs=1e-11)
+        assert np.sort_complex(own.floquet_multipliers) == pytest.approx(np.sort_complex(found.floquet_multipliers), abs=1e-10)
+
+    def test_two_stops_of_which_one_is_out_as_a_period_begins(self):
+        """Its place is one dimension more of the map; the largest multiplier is the rate at which runs settle."""
+        law = vi.Spring(20.0, 30.0, release="force")
+        stops = [vi.Stop(0, 0.3, contact=law), vi.Stop(0, 0.25, contact=law, side="lower")]
+        scene = vi.Scene(OSCILLATOR, vi.Harmonic([1.0], 1.2), stops)
+        orbit = settled(scene, periods=300)
+        assert len(orbit.contacts) == 2
+        assert orbit.is_admissible is True
+        assert orbit.floquet_multipliers.shape == (3,)
+        assert orbit.monodromy.shape == (3, 3)
+        period = orbit.period
+        run = vi.simulate(orbit.scene, orbit.q0 + 1e-3, orbit.v0, (0, 12 * period))
+        misses = [np.abs(run.position(k * period + 0.4) - orbit.position(0.4)).max() for k in range(1, 12)]
+        rates = np.array(misses[1:]) / np.array(misses[:-1])
+        largest = np.abs(orbit.floquet_multipliers).max()
+        assert rates[np.array(misses[1:]) > 1e-11][-1] == pytest.approx(largest, rel=0.1)

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::flow::{ModalScene, RegimeMotion, SceneFlow, propagate, with_flow};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, halves, joined};
 use crate::impact::impulse_matrix;
-use crate::law::{LinearForce, Newton, Regime};
+use crate::law::{Law, Newton, Regime};
 use crate::modal::ModalState;
 use crate::model::{Moment, along_reactions};
 use nalgebra::{DMatrix, DVector};
@@ -194,7 +194,7 @@ impl HybridMaps for ClosedFormMaps<'_> {
         self.scene.geometry.law(stop)
     }
 
-    fn force(&self, element: usize) -> LinearForce {
-        self.scene.geometry.laws[element].pressed_force()
+    fn contact_law(&self, element: usize) -> &Law {
+        &self.scene.geometry.laws[element]
     }
 }

@@ -11,7 +11,7 @@ use crate::flow::steps::{Dop853, Stepper, Tolerance};
 use crate::flow::variational::{Variational, joined, parted};
 use crate::hybrid::maps::{Breaks, GapAt, HybridMaps, project_onto};
 use crate::hybrid::scaled_units::ScaledUnits;
-use crate::law::{LinearForce, Newton, Regime};
+use crate::law::{Law, Newton, Regime};
 use crate::linalg::elementary::power_of_two;
 use crate::model::{
     Contact, Dynamics, Moment, Scene, SceneMotion, System, along_reactions, contacts,
@@ -429,8 +429,8 @@ impl HybridMaps for IntegratedMaps {
         self.contacts[stop].law()
     }
 
-    fn force(&self, element: usize) -> LinearForce {
-        self.contacts[element].law.pressed_force()
+    fn contact_law(&self, element: usize) -> &Law {
+        &self.contacts[element].law
     }
 }
 

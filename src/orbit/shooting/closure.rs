@@ -263,6 +263,9 @@ impl Shooting<'_> {
             if let Some((condition, _)) = self.condition(k + 1, units, &y)? {
                 worst.note(condition);
             }
+            if let Some(own) = self.meeting(k + 1) {
+                worst.note(self.distance(&own, (state, units), &y, (&[], &[]))?.0);
+            }
             self.pass(k + 1, units, &mut y)?;
             self.note_jump(k, (state, units), &y, &mut worst)?;
         }

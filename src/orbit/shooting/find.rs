@@ -47,7 +47,7 @@ const DRIFT_STATES: usize = 100;
 /// did not keep its motion or does not return; equations that depend on time and do not repeat with the forcing; a Jacobian
 /// that is off by more than 1e-3 of its size. Of lasting contact two things are refused: stops let go at one time, and a
 /// contact with e > 0 that comes to rest while another stop is held or hit. Of stops that give way: scenes that are not linear, a body that
-/// comes to a seat or leaves it, a relaxing stop that is met before it is back, a change of state at the instant of another event.
+/// comes to a seat or leaves it, a change of state at the instant of another event.
 ///
 /// # References
 /// Theory section 5, "several instants", as multiple shooting; A. B. Nordmark and P. T. Piiroinen, Nonlinear Dyn. 58 (2009) 85, for

@@ -1,17 +1,34 @@
 //! Scenes that are odd: half a period later everything is opposite (theory 19, "Symmetry").
 
 use crate::error::Result;
-use crate::hybrid::HybridMaps;
-use crate::hybrid::ScaledUnits;
+use crate::flow::ModalScene;
+use crate::hybrid::{ClosedFormMaps, HybridMaps, ScaledUnits};
 use crate::law::Regime;
 use crate::model::Scene;
 use crate::orbit::shooting::closure::ShootingState;
 use crate::tolerance::OPPOSITE_SIDES;
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 /// Whether two vectors are opposite, to a part of their size.
 fn are_opposite(a: &DVector<f64>, b: &DVector<f64>) -> bool {
     (a + b).amax() <= OPPOSITE_SIDES * a.amax().max(b.amax())
+}
+
+/// [`images`] of a linear scene by itself, its modal form given.
+pub(crate) fn images_in(scene: &Scene, modal: &ModalScene) -> Result<Option<Vec<usize>>> {
+    let n = scene.n_dof();
+    let size = modal.geometry.clearances.amax();
+    let period = scene.period().unwrap_or(TAU);
+    let state = DVector::from_fn(2 * n, |i, _| if i < n { size } else { 0.0 });
+    let units = ScaledUnits::of([&state].into_iter(), period);
+    let motion = ClosedFormMaps::new(modal, scene.phase(), Vec::new());
+    let loop_of_one = ShootingState {
+        times: vec![0.0, period],
+        starts: vec![0.0],
+        states: vec![state],
+    };
+    images(&motion, scene, &units, &loop_of_one)
 }
 
 /// The mirror image of each stop, where for any motion `q(t)` of a scene `-q(t + T/2)` is one too, T the period of its forcing, as far as the
@@ -58,7 +75,7 @@ pub(crate) fn images(
                 return Ok(false);
             }
         }
-        Ok(motion.law(stop) == motion.law(other))
+        Ok(motion.contact_law(stop) == motion.contact_law(other))
     };
     let n_stops = scene.stops().len();
     let mut images = Vec::new();

@@ -4,6 +4,7 @@ pub(in crate::orbit) mod closure;
 pub(in crate::orbit) mod find;
 pub(in crate::orbit) mod guess;
 pub(in crate::orbit) mod guess_in_order;
+pub(in crate::orbit) mod memory;
 pub(in crate::orbit) mod mirror;
 pub(in crate::orbit) mod newton;
 pub(in crate::orbit) mod own_time;

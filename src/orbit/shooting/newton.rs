@@ -188,6 +188,7 @@ impl Shooting<'_> {
         let mut worst = Mismatch::default();
         let (mut states, mut starts) = (Vec::with_capacity(flights), Vec::with_capacity(flights));
         let mut maps = Vec::with_capacity(flights);
+        let mut meetings = Vec::new();
         for k in 0..flights {
             for stop in self.closing(k) {
                 let at = self.motion.gap(stop, state.start(k), &state.states[k])?;
@@ -211,12 +212,22 @@ impl Shooting<'_> {
                 worst.note(condition);
                 rows.push(row);
             }
+            if let Some(own) = self.meeting(k + 1) {
+                meetings.push((own, y.clone()));
+            }
             maps.push(map);
             self.note_jump(k, (state, units), &y, &mut worst)?;
             (deviations, delays) = (y.deviations, y.delays);
             let mut open = deviations.column_mut(unknowns);
             open += y.state - &state.states[(k + 1) % flights];
             delays[unknowns] += y.time - self.next_start(k, state);
+        }
+        for (own, y) in &meetings {
+            let known = (&states[..], &starts[..]);
+            let (distance, mut row) = self.distance(own, (state, units), y, known)?;
+            row[unknowns] += distance;
+            worst.note(distance);
+            rows.push(row);
         }
         let own = rows.len();
         for i in 0..two_n {

@@ -22,9 +22,9 @@ const MOST_TOGETHER: usize = 5;
 pub struct OrderMultipliers {
     /// The stops in the order of their impacts over one period.
     pub order: Vec<usize>,
-    /// Floquet multipliers, shape `(2n,)`, [-], largest modulus first.
+    /// Floquet multipliers, shape `(2n,)`, [-], largest modulus first; one more for each stop that relaxes at t = 0 and is met before it is back.
     pub multipliers: DVector<Complex<f64>>,
-    /// The monodromy matrix in (q, v), shape `(2n, 2n)`, [m, m/s].
+    /// The monodromy matrix in (q, v), and the places of such stops behind, shape `(2n, 2n)` or larger, [m, m/s].
     pub monodromy: DMatrix<f64>,
 }
 

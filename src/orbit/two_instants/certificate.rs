@@ -4,8 +4,10 @@ use crate::error::digits;
 use crate::orbit::two_instants::isolate::Enclosure;
 use crate::tolerance::UNDECIDED_PART;
 
-/// The outcome of a search: its solutions, and what is known of all other flight times.
+/// The outcome of a search: its solutions, and what is known of all other times.
 pub(crate) struct Certificate {
+    /// What was searched for.
+    pub time: &'static str,
     pub solutions: usize,
     /// Roots that leave contacts of further stops unmet.
     pub apart: usize,
@@ -35,13 +37,17 @@ impl Certificate {
         if width > UNDECIDED_PART * self.length {
             let share = 100.0 * width / self.length;
             return format!(
-                "{solutions}; {share:.0} % of the flight times in {range} are undecided: the conditions hold there to rounding"
+                "{solutions}; {share:.0} % of the {}s in {range} are undecided: the conditions hold there to rounding",
+                self.time
             );
         }
         let cells = self.cells;
         let mut parts = vec![
             solutions,
-            format!("every other flight time in {range} is excluded by bounds on {cells} cells"),
+            format!(
+                "every other {} in {range} is excluded by bounds on {cells} cells",
+                self.time
+            ),
         ];
         if !self.open.is_empty() {
             let places: Vec<String> = self

@@ -5,9 +5,9 @@
 use crate::flow::ModalScene;
 use crate::modal::{Form, ModalState, Pair, times};
 use crate::orbit::one_instant::periodic_conditions::PeriodicConditions;
+use crate::orbit::two_instants::enlarged_flow::EnlargedFlow;
 use crate::orbit::two_instants::green::{Green, TimeInterval, turned};
 use crate::orbit::two_instants::polish::Root;
-use crate::orbit::two_instants::resonant::ResonantModes;
 use crate::orbit::two_instants::taylor_model::UnscaledModel;
 use crate::orbit::two_instants::units::Units;
 use crate::tolerance::REPEATED_IMPULSE;
@@ -26,7 +26,7 @@ pub(crate) struct TwoInstantConditions<'a> {
     green: Vec<Green>,
     /// The restitution and the contact rows of the stops of either instant, in the eliminated modes.
     eliminated_rows: [Vec<(f64, Vec<Pair>)>; 2],
-    pub(in crate::orbit) resonant: Option<ResonantModes<'a>>,
+    pub(in crate::orbit) resonant: Option<EnlargedFlow<'a>>,
 }
 
 impl<'a> TwoInstantConditions<'a> {
@@ -80,7 +80,7 @@ impl<'a> TwoInstantConditions<'a> {
                 .collect()
         });
         let resonant =
-            (!instant.resonant.is_empty()).then(|| ResonantModes::new(scene, &instant.resonant));
+            (!instant.resonant.is_empty()).then(|| EnlargedFlow::new(scene, &instant.resonant));
         Self {
             instant,
             first,
@@ -163,7 +163,7 @@ impl<'a> TwoInstantConditions<'a> {
 
     fn put_resonant(
         &self,
-        resonant: &ResonantModes<'_>,
+        resonant: &EnlargedFlow<'_>,
         cell: &TimeInterval,
         rest: &TimeInterval,
         entries: &mut [UnscaledModel],

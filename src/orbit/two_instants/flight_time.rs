@@ -12,19 +12,12 @@ use crate::orbit::two_instants::isolate::{
     Enclosure, IntervalEnd, IntervalModel, Isolated, SearchInterval, isolate,
 };
 use crate::orbit::two_instants::minors::Minors;
-use crate::orbit::two_instants::polish::{
-    Root, TwoInstantEquations, circle_starts, least_squares_start, polish,
-};
+use crate::orbit::two_instants::polish::{Root, TwoInstantEquations};
+use crate::orbit::two_instants::root_search::{TimedConditions, keep, near, within};
 use crate::orbit::two_instants::taylor_model::TaylorModel;
-use crate::root::{Bracket, bisected};
 use crate::tolerance::{
-    FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, SAME_ROOT_UNKNOWNS, TOGETHER,
-    TRIVIAL_FLIGHT,
+    FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME, TOGETHER, TRIVIAL_FLIGHT,
 };
-use nalgebra::{DMatrix, DVector};
-
-/// The part of a bracket, from which Newton's method went astray, to which bisection narrows it. [work]
-const BRACKET_RESOLUTION: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// A search of flight times: what is asked, and what the trivial solutions are.
 pub(crate) struct FlightTimeSearch<'a> {
@@ -74,27 +67,7 @@ impl FlightTimeSearch<'_> {
     /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
     /// determinant of the conditions with the phase given.
     fn sample(&self, minors: &mut Minors, place: &SearchInterval) -> IntervalModel {
-        let (low, high) = (place.low, place.high);
-        let cell = match place.end {
-            IntervalEnd::Neither => TimeInterval {
-                origin: 0.5 * (low + high),
-                scale: 0.5 * (high - low),
-                low,
-                high,
-            },
-            IntervalEnd::Low => TimeInterval {
-                origin: low,
-                scale: high - low,
-                low,
-                high,
-            },
-            IntervalEnd::High => TimeInterval {
-                origin: high,
-                scale: high - low,
-                low,
-                high,
-            },
-        };
+        let cell = place.cell();
         minors.compute(&self.rows(&cell, place.end));
         let n = self.n_unknowns();
         if self.phase.is_some() {
@@ -182,7 +155,7 @@ impl FlightTimeSearch<'_> {
         let mut lost = 0;
         for bracket in &found.simple {
             match self.solve_simple(bracket, splits, observer)? {
-                Some(root) => self.keep(&mut roots, root),
+                Some(root) => keep(&mut roots, root, self.period),
                 None => lost += 1,
             }
         }
@@ -193,9 +166,9 @@ impl FlightTimeSearch<'_> {
             .copied()
             .collect();
         for bracket in &open {
-            for root in self.solve(bracket, observer)? {
+            for root in near(self, bracket.guess, observer)? {
                 if self.is_near(root.dt, bracket) && !self.is_meeting(root.dt, TRIVIAL_FLIGHT) {
-                    self.keep(&mut roots, root);
+                    keep(&mut roots, root, self.period);
                 }
             }
         }
@@ -206,9 +179,9 @@ impl FlightTimeSearch<'_> {
                 high: half,
                 guess: half,
             };
-            for root in self.solve(&line, observer)? {
+            for root in near(self, line.guess, observer)? {
                 if self.is_near(root.dt, &line) {
-                    self.keep(&mut roots, root);
+                    keep(&mut roots, root, self.period);
                 }
             }
         }
@@ -223,6 +196,7 @@ impl FlightTimeSearch<'_> {
         });
         let (low, high) = self.range();
         let certificate = Certificate {
+            time: "flight time",
             solutions: roots.len(),
             apart: together - roots.len(),
             repeats,
@@ -251,16 +225,6 @@ impl FlightTimeSearch<'_> {
             && self.conditions.impulses_repeat(&root.x)
     }
 
-    fn keep(&self, roots: &mut Vec<Root>, root: Root) {
-        let is_known = roots.iter().any(|r| {
-            (r.dt - root.dt).abs() <= SAME_FLIGHT_TIME * self.period
-                && (&r.x - &root.x).amax() <= SAME_ROOT_UNKNOWNS * root.x.amax()
-        });
-        if !is_known {
-            roots.push(root);
-        }
-    }
-
     /// Whether two instants of one surface are no farther apart than `margin` periods.
     fn is_meeting(&self, dt: f64, margin: f64) -> bool {
         self.meets() && dt.min(self.period - dt) < margin * self.period
@@ -283,79 +247,43 @@ impl FlightTimeSearch<'_> {
             self.is_meeting(dt, SAME_FLIGHT_TIME)
                 || (splits && (dt - 0.5 * self.period).abs() < SAME_FLIGHT_TIME * self.period)
         };
-        let inside =
+        let is_inside =
             |root: &Root| (bracket.low..=bracket.high).contains(&root.dt) && !is_other(root.dt);
-        if let Some(root) = self.solve(bracket, observer)?.into_iter().find(inside) {
-            return Ok(Some(root));
-        }
-        let halved = self.halved(bracket, observer)?;
-        Ok(self.solve(&halved, observer)?.into_iter().find(inside))
+        within(self, bracket, is_inside, observer)
     }
+}
 
-    /// A bracket of one sign change, narrowed by bisection.
-    fn halved(&self, bracket: &Enclosure, observer: &mut Observer) -> Result<Enclosure> {
+impl TimedConditions for FlightTimeSearch<'_> {
+    fn sampler(&self) -> impl FnMut(&SearchInterval) -> IntervalModel + '_ {
         let mut minors = self.minors();
-        let mut value = |t: f64| {
-            let place = SearchInterval {
-                low: t,
-                high: t,
-                end: IntervalEnd::Neither,
-            };
-            self.sample(&mut minors, &place).series.at_origin()
-        };
-        let Enclosure { low, high, .. } = *bracket;
-        // The end of the range may be a zero that was divided out: the sign is that of the other one.
-        let (below, above) = (value(low), value(high));
-        let is_from_low = below.abs() > above.abs();
-        let sign = if is_from_low { below } else { above };
-        let between = Bracket::new([low, high]);
-        let narrowed = bisected(
-            between,
-            BRACKET_RESOLUTION * between.length(),
-            |t| -> Result<bool> {
-                observer.ask()?;
-                Ok((value(t) * sign > 0.0) == is_from_low)
-            },
-        )?;
-        Ok(Enclosure {
-            low: narrowed.before,
-            high: narrowed.after,
-            guess: narrowed.middle(),
-        })
+        move |place| self.sample(&mut minors, place)
     }
 
-    /// The roots that Newton's method reaches from the guess of a bracket.
-    fn solve(&self, bracket: &Enclosure, observer: &mut Observer) -> Result<Vec<Root>> {
-        let unit = self.period / (std::f64::consts::TAU * self.n_periods as f64);
+    fn equations(&self, dt: f64) -> TwoInstantEquations {
         let n = self.n_unknowns();
-        let equations = |dt: f64| {
-            let rows = self.rows(&point(dt, unit), IntervalEnd::Neither);
-            let count = rows.len() / (n + 1);
-            TwoInstantEquations {
-                matrix: DMatrix::from_fn(count, n + 1, |i, j| rows[i * (n + 1) + j].at_origin()),
-                rate: DMatrix::from_fn(count, n + 1, |i, j| {
-                    rows[i * (n + 1) + j].slope_at_origin()
-                }),
-            }
-        };
-        let circle = self.phase.is_none().then(|| self.conditions.phase_unit());
-        let starts: Vec<DVector<f64>> = {
-            let here = equations(bracket.guess);
-            match circle {
-                Some(phase_unit) => circle_starts(&here, phase_unit)?,
-                None => vec![least_squares_start(&here)?],
-            }
-        };
-        let mut roots = Vec::new();
-        for x in starts {
-            observer.ask()?;
-            if let Some(mut root) = polish(&equations, circle, unit, bracket.guess, x) {
-                if let Some(u) = self.phase {
-                    root.x = self.conditions.with_phase(&root.x, u);
-                }
-                self.keep(&mut roots, root);
-            }
+        let rows = self.rows(&point(dt, self.time_unit()), IntervalEnd::Neither);
+        TwoInstantEquations::of_models(&rows, n + 1)
+    }
+
+    fn circle(&self) -> Option<f64> {
+        self.phase.is_none().then(|| self.conditions.phase_unit())
+    }
+
+    fn time_unit(&self) -> f64 {
+        self.period / (std::f64::consts::TAU * self.n_periods as f64)
+    }
+
+    fn period(&self) -> f64 {
+        self.period
+    }
+
+    fn completed(&self, root: Root) -> Root {
+        match self.phase {
+            Some(u) => Root {
+                x: self.conditions.with_phase(&root.x, u),
+                ..root
+            },
+            None => root,
         }
-        Ok(roots)
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::error::Result;
 use crate::observer::Observer;
+use crate::orbit::two_instants::green::TimeInterval;
 use crate::orbit::two_instants::taylor_model::TaylorModel;
 
 /// The interval over its smallest part. [work]
@@ -14,6 +15,16 @@ const MOST_INTERVALS: usize = 400_000;
 pub(crate) struct IntervalModel {
     pub series: TaylorModel,
     pub floor: f64,
+}
+
+impl IntervalModel {
+    /// That of a part over which nothing is known of the function.
+    pub fn unknown() -> Self {
+        Self {
+            series: TaylorModel::constant(f64::NAN),
+            floor: 0.0,
+        }
+    }
 }
 
 /// A part of the interval in which a zero lies, or may lie.
@@ -52,6 +63,24 @@ pub(crate) struct SearchInterval {
     pub low: f64,
     pub high: f64,
     pub end: IntervalEnd,
+}
+
+impl SearchInterval {
+    /// The part with the place about which the model is expanded.
+    pub fn cell(&self) -> TimeInterval {
+        let (low, high) = (self.low, self.high);
+        let (origin, scale) = match self.end {
+            IntervalEnd::Neither => (0.5 * (low + high), 0.5 * (high - low)),
+            IntervalEnd::Low => (low, high - low),
+            IntervalEnd::High => (high, high - low),
+        };
+        TimeInterval {
+            origin,
+            scale,
+            low,
+            high,
+        }
+    }
 }
 
 /// The end of the interval that a part touches.
@@ -194,7 +223,7 @@ fn extend(stretches: &mut Vec<Enclosure>, place: &SearchInterval) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::orbit::two_instants::green::{TimeInterval, turned};
+    use crate::orbit::two_instants::green::turned;
 
     /// `cos(w t - shift) + offset` on (0, 10).
     fn search(w: f64, shift: f64, offset: f64) -> Isolated {

@@ -2,12 +2,13 @@
 
 pub(in crate::orbit) mod certificate;
 pub(in crate::orbit) mod conditions;
+pub(in crate::orbit) mod enlarged_flow;
 pub(in crate::orbit) mod flight_time;
 pub(in crate::orbit) mod green;
 pub(in crate::orbit) mod isolate;
 pub(in crate::orbit) mod minors;
 pub(in crate::orbit) mod polish;
-pub(in crate::orbit) mod resonant;
+pub(in crate::orbit) mod root_search;
 pub(in crate::orbit) mod scaled_rows;
 pub(in crate::orbit) mod solve;
 pub(in crate::orbit) mod taylor_model;

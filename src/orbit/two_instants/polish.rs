@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::linalg::rank;
 use crate::linalg::singular::Singular;
+use crate::orbit::two_instants::taylor_model::TaylorModel;
 use crate::tolerance::{CONVERGED, LEAST_SQUARES_RANK, LEAVES_TWO_STARTS, SINGULAR_STEP_RANK};
 use nalgebra::{DMatrix, DVector};
 
@@ -27,6 +28,18 @@ pub(crate) struct Root {
 }
 
 impl TwoInstantEquations {
+    /// Those of Taylor models about a time, by rows of so many.
+    pub fn of_models(models: &[TaylorModel], columns: usize) -> Self {
+        let each = |of: fn(&TaylorModel) -> f64| {
+            let values = models.iter().map(of);
+            DMatrix::from_row_iterator(models.len() / columns, columns, values)
+        };
+        Self {
+            matrix: each(TaylorModel::at_origin),
+            rate: each(TaylorModel::slope_at_origin),
+        }
+    }
+
     fn n(&self) -> usize {
         self.matrix.ncols() - 1
     }

@@ -75,7 +75,9 @@ impl TaylorModel {
     pub fn sum_of_products<'a>(terms: impl Iterator<Item = (f64, &'a Self, &'a Self)>) -> Self {
         let (mut c, mut rest, mut size) = ([0.0; TAYLOR_TERMS], 0.0, 0.0);
         for (sign, a, b) in terms {
-            size += a.size * b.size;
+            // Of errors the first order: what one factor is known to, times the other, which may be far below the terms it was summed from.
+            let first_order = a.bounds[0] * b.size + a.size * b.bounds[0];
+            size += first_order.min(a.size * b.size);
             let (a, b) = if b.is_constant { (b, a) } else { (a, b) };
             if a.is_constant {
                 let factor = sign * a.c[0];
@@ -96,6 +98,40 @@ impl TaylorModel {
             }
         }
         Self::new(c, rest, size)
+    }
+
+    /// The sum of `factor a`.
+    pub fn sum<'a>(terms: impl Iterator<Item = (f64, &'a Self)>) -> Self {
+        let (mut c, mut rest, mut size) = ([0.0; TAYLOR_TERMS], 0.0, 0.0);
+        for (factor, a) in terms {
+            for (c, a) in c.iter_mut().zip(&a.c) {
+                *c += factor * a;
+            }
+            rest += factor.abs() * a.bounds[TAYLOR_TERMS];
+            size += factor.abs() * a.size;
+        }
+        Self::new(c, rest, size)
+    }
+
+    /// One over it; `None` where bounds do not keep it from zero.
+    pub fn reciprocal(&self) -> Option<Self> {
+        let [first, others @ ..] = &self.c;
+        let varying: f64 = others.iter().map(|c| c.abs()).sum();
+        let least = first.abs() - varying - self.remainder();
+        if least.is_nan() || least <= 0.0 {
+            return None;
+        }
+        // The derivatives of f (1/f) = 1, one after the other.
+        let mut c = [1.0 / first; TAYLOR_TERMS];
+        let mut bounds = [1.0 / least; TAYLOR_TERMS + 1];
+        for k in 1..=TAYLOR_TERMS {
+            bounds[k] = (1..=k).map(|j| self.bounds[j] * bounds[k - j]).sum::<f64>() / least;
+            if k < TAYLOR_TERMS {
+                c[k] = -(1..=k).map(|j| self.c[j] * c[k - j]).sum::<f64>() / first;
+            }
+        }
+        let size = self.size / (first * first);
+        Some(Self::new(c, bounds[TAYLOR_TERMS], size))
     }
 
     /// The polynomial at x.
@@ -219,6 +255,72 @@ impl UnscaledModel {
         TaylorModel::new(c.map(|x| x * factor), factor.abs() * self.rest[power], 0.0)
     }
 
+    /// Bounds on `|f^(k)|/k!` over the cell, of every order.
+    fn bounds(&self) -> [f64; TAYLOR_TERMS + 3] {
+        let mut all = [self.rest[2]; TAYLOR_TERMS + 3];
+        for (bound, c) in all.iter_mut().zip(&self.c) {
+            *bound = c.abs();
+        }
+        for i in 0..TAYLOR_TERMS + 2 {
+            for j in (i..TAYLOR_TERMS + 2).rev() {
+                all[j] += all[j + 1];
+            }
+        }
+        for (bound, rest) in all[TAYLOR_TERMS..].iter_mut().zip(self.rest) {
+            *bound = bound.min(rest);
+        }
+        all
+    }
+
+    /// The product of two entries.
+    pub fn product(a: &Self, b: &Self) -> Self {
+        let mut product = Self {
+            size: a.size * b.size,
+            ..Self::default()
+        };
+        for (i, x) in a.c.iter().enumerate() {
+            for (own, y) in product.c[i..].iter_mut().zip(&b.c) {
+                *own += x * y;
+            }
+        }
+        let (a, b) = (a.bounds(), b.bounds());
+        for (k, rest) in (TAYLOR_TERMS..).zip(&mut product.rest) {
+            *rest = (0..=k).map(|i| a[i] * b[k - i]).sum();
+        }
+        product
+    }
+
+    /// The integral from the origin on, `scale` times that over x.
+    pub fn integral(&self, scale: f64) -> Self {
+        let bounds = self.bounds();
+        let mut integral = Self {
+            size: scale.abs() * self.size,
+            ..Self::default()
+        };
+        for k in 1..TAYLOR_TERMS + 3 {
+            let factor = scale / k as f64;
+            if k < TAYLOR_TERMS + 2 {
+                integral.c[k] = factor * self.c[k - 1];
+            }
+            if k >= TAYLOR_TERMS {
+                integral.rest[k - TAYLOR_TERMS] = factor.abs() * bounds[k - 1];
+            }
+        }
+        integral
+    }
+
+    /// The entry, whose first coefficient is zero, over x; of its bounds the last is not known.
+    pub fn shifted(&self) -> Self {
+        let mut c = [0.0; TAYLOR_TERMS + 2];
+        c[..=TAYLOR_TERMS].copy_from_slice(&self.c[1..]);
+        let [_, first, second] = self.rest;
+        Self {
+            c,
+            rest: [first, second, f64::INFINITY],
+            size: 0.0,
+        }
+    }
+
     /// The entry times x; only the last of its bounds is known.
     pub fn times_x(&self) -> Self {
         let mut c = [0.0; TAYLOR_TERMS + 2];
@@ -303,6 +405,44 @@ mod tests {
             assert!(miss <= over.remainder() * x.abs().powi(8) + 1e-15);
         }
         assert!(over.remainder() < 1e-2);
+    }
+
+    #[test]
+    fn integrals_of_products_stay_inside_their_bounds() {
+        // The integral of 2 cos(x) (3 - cos(0.6 x)).
+        let (one, other) = (cosine(2.0, 1.0, 0.0), cosine(-1.0, 0.6, 3.0));
+        let found = UnscaledModel::product(&one, &other).integral(1.0);
+        let exact = |x: f64| 6.0 * x.sin() - (1.6 * x).sin() / 1.6 - (0.4 * x).sin() / 0.4;
+        let (whole, over) = (found.series(1.0), found.over_x(1, 1.0));
+        assert!(whole.remainder() < 1e-3);
+        for x in [-1.0, -0.3, 0.2, 0.9f64] {
+            let miss = (whole.value(x) - exact(x)).abs();
+            assert!(
+                miss <= whole.remainder() * x.abs().powi(8) + 1e-15,
+                "{x} {miss:e}"
+            );
+            let miss = (over.value(x) - exact(x) / x).abs();
+            assert!(
+                miss <= over.remainder() * x.abs().powi(8) + 1e-15,
+                "{x} {miss:e}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_reciprocal_stays_inside_its_bounds() {
+        let f = cosine(0.3, 0.8, -1.5).series(1.0);
+        let over = f.reciprocal().expect("away from zero");
+        for x in [-1.0, -0.3, 0.0, 0.2, 0.9f64] {
+            let exact = 1.0 / (0.3 * (0.8 * x).cos() - 1.5);
+            let miss = (over.value(x) - exact).abs();
+            assert!(
+                miss <= over.remainder() * x.abs().powi(8) + 1e-15,
+                "{x} {miss:e}"
+            );
+        }
+        assert!(over.remainder() < 1e-3);
+        assert!(cosine(1.0, 1.0, -0.9).series(1.0).reciprocal().is_none());
     }
 
     #[test]
