@@ -70,7 +70,8 @@ impl Targets {
         hits: Option<usize>,
         options: &SimulateOptions,
     ) -> Result<Self> {
-        scene.check_stops_are_rigid("basins")?;
+        scene.check_springs_are_linear("basins")?;
+        scene.check_stops_forget("basins")?;
         let quiet = quiet_phase(attractors, phase);
         let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
             let mut place = Vec::new();

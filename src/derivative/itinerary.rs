@@ -7,7 +7,7 @@ use crate::flow::differences::WarningLog;
 use crate::hybrid::chatter_map::{NO_REST, complete};
 use crate::hybrid::{HybridMaps, IntegratedMaps, ScaledUnits, Timed, joined, largest_of};
 use crate::itinerary::{Instant, MotionArc, bounces, instants_of};
-use crate::law::{Regime, Stage};
+use crate::law::Stage;
 use crate::model::Scene;
 use crate::orbit::{Signature, with_maps};
 use crate::path::{ImpactSide, KeptMotion, Motion};
@@ -48,7 +48,10 @@ impl RunItinerary {
     pub fn of(run: &Trajectory) -> Result<std::result::Result<Self, String>> {
         let (first, end) = run.span();
         let begin = joined(&run.state(first, ImpactSide::Before)?);
-        let is_in_contact = (run.stretches()?.first()).is_some_and(|own| !own.regime.is_free());
+        let stretches = run.stretches()?;
+        let begun = stretches.first().map(|own| own.regime.clone());
+        let begun = begun.unwrap_or_default();
+        let is_in_contact = !begun.constrained().is_empty();
         let instants = match instants_of(run) {
             Ok(instants) => instants.into_iter().map(|own| own.instant),
             Err(Error::BadValue { value, .. }) => {
@@ -61,7 +64,19 @@ impl RunItinerary {
         if is_in_contact || is_struck {
             return Ok(Err(BEGINS_IN_CONTACT.to_owned()));
         }
-        let none = Stage::uneventful(Regime::default());
+        let mut before = &begun;
+        for own in &instants {
+            if own.stage.transition.is_chatter() && !before.is_free() {
+                let reason = "impacts accumulate beside another stop in contact";
+                return Ok(Err(reason.to_owned()));
+            }
+            if let Some(stop) = own.stage.transition.met_again() {
+                let reason = format!("stop {stop} is met before it is back at its place");
+                return Ok(Err(reason));
+            }
+            before = &own.stage.regime;
+        }
+        let none = Stage::uneventful(begun.clone());
         let stages = instants.iter().map(|own| own.stage.clone());
         let units = units(instants.iter().map(|own| &own.state).chain([&begin]), run);
         let mut all = Self {
@@ -81,7 +96,7 @@ impl RunItinerary {
         let is_linear = run.scene().linear_system("derivatives").is_ok();
         let signature = all.signature.clone();
         let read = with_maps(run.scene(), &signature, |motion| {
-            if all.is_touching(motion, (first, &begin))? {
+            if all.is_touching(motion, (first, &begin), run.scene())? {
                 return Ok(false);
             }
             let mut from = (first, begin);
@@ -206,11 +221,12 @@ impl RunItinerary {
         }
     }
 
-    /// Whether the run begins on a stop that it does not leave.
+    /// Whether the run begins on a stop that it does not leave, or at the place of one that gives way.
     fn is_touching(
         &self,
         motion: &dyn HybridMaps,
         (start, state): (f64, &DVector<f64>),
+        scene: &Scene,
     ) -> Result<bool> {
         let n = state.len() / 2;
         for stop in 0..self.n_stops {
@@ -220,7 +236,12 @@ impl RunItinerary {
                 HIT_TOGETHER_GAP * size * self.units.position,
                 TOUCHING_IMPACT_SPEED * size * self.units.velocity,
             );
-            if at.gap <= near && at.speed(state.rows(n, n)) <= slow {
+            let touches = if scene.stops()[stop].contact().is_rigid() {
+                at.gap <= near && at.speed(state.rows(n, n)) <= slow
+            } else {
+                at.gap.abs() <= near
+            };
+            if touches {
                 return Ok(true);
             }
         }

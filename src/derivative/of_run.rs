@@ -9,6 +9,7 @@ use crate::derivative::stencil::{DifferenceOrder, Stencil};
 use crate::error::{Error, Result};
 use crate::flow::differences::WarningLog;
 use crate::hybrid::{HybridMaps, NO_CONDITION, Timed, arrival, enter};
+use crate::law::Transition;
 use crate::model::{Parameter, Scene};
 use crate::orbit::with_maps;
 use crate::simulate::Trajectory;
@@ -95,7 +96,7 @@ pub fn derivatives_of_run(
 }
 
 fn check(run: &Trajectory, times: &[f64]) -> Result<()> {
-    run.scene().check_stops_are_rigid("derivatives=")?;
+    run.scene().check_springs_are_linear("derivatives=")?;
     let (first, end) = run.span();
     if !run.ramps().is_empty() {
         let rule = "numbers that drift by a ramp have no derivatives here";
@@ -273,6 +274,19 @@ impl RunItinerary {
     fn refused(&self, motion: &dyn HybridMaps, k: usize) -> Result<Option<String>> {
         let (arc, next) = (&self.arcs[k], &self.arcs[k + 1]);
         let (at, n) = (arc.end, arc.before_next.len() / 2);
+        if let Transition::Change(guard, _) = next.stage.transition
+            && guard.is_gap()
+        {
+            let gap = motion.gap(guard.element, at, &arc.before_next)?;
+            let speed = gap.speed(arc.before_next.rows(n, n));
+            let slow = TOUCHING_IMPACT_SPEED * gap.gradient.amax() * self.units.velocity;
+            if speed.abs() <= slow {
+                return Ok(Some(format!(
+                    "the run grazes stop {} at t = {at}: one-sided only",
+                    guard.element
+                )));
+            }
+        }
         if let Some(&first) = next.hits().first() {
             // Some of several stops that are met at once may receive no impulse.
             for stop in (0..self.n_stops).filter(|&stop| arc.regime().leaves_free(stop)) {
@@ -295,7 +309,8 @@ impl RunItinerary {
             }
         }
         let is_short = next.end - next.start <= SHORT_CONTACT * TAU * self.units.time;
-        let short = (next.regime().contact()).filter(|_| is_short && k + 2 < self.arcs.len());
+        let held = next.regime().constrained().first();
+        let short = held.filter(|_| is_short && k + 2 < self.arcs.len());
         Ok(short.map(|stop| {
             format!("the contact with stop {stop} at t = {at} ends as it begins: one-sided only")
         }))

@@ -105,20 +105,34 @@ impl Frame {
 
     /// The same after a contact that leaves `left` directions at most: the others are taken away.
     pub fn collapse(&mut self, left: usize) {
+        let gone = beyond(&self.columns, left);
+        self.collapse_without(&gone);
+    }
+
+    /// The same where it is known which are, the last one first.
+    pub fn collapse_without(&mut self, gone: &[usize]) {
         let sizes = self.columns.column_iter().map(|c| c.norm());
         let size = sizes.fold(0.0, f64::max);
+        for &j in gone {
+            self.take_away(j);
+        }
         let mut j = 0;
         while j < self.owner.len() {
-            let length = if j < left { self.straightened(j) } else { 0.0 };
+            let length = self.straightened(j);
             if length > COLLAPSED_DIRECTION * size {
                 self.grow(j, length);
                 j += 1;
             } else {
-                let columns = std::mem::take(&mut self.columns);
-                self.columns = columns.remove_column(j);
-                self.growth[self.owner.remove(j)] = (f64::NEG_INFINITY, 1.0);
+                self.take_away(j);
             }
         }
+    }
+
+    /// Takes column j away.
+    fn take_away(&mut self, j: usize) {
+        let columns = std::mem::take(&mut self.columns);
+        self.columns = columns.remove_column(j);
+        self.growth[self.owner.remove(j)] = (f64::NEG_INFINITY, 1.0);
     }
 
     /// Makes column j, of a length, one of length one.
@@ -134,21 +148,48 @@ impl Frame {
 
     /// Takes what column j has of those before it away, and gives its length.
     fn straightened(&mut self, j: usize) -> f64 {
-        let (before, mut rest) = self.columns.columns_range_pair_mut(..j, j..);
-        let mut column = rest.column_mut(0);
-        // Twice is enough.
-        for _ in 0..if j > 0 { 2 } else { 0 } {
-            for other in before.column_iter() {
-                let part = column.dot(&other);
-                column.axpy(-part, &other, 1.0);
-            }
-        }
-        // Squares of what is this small or large have no room.
-        match column.amax() {
-            size if size == 0.0 || SQUARABLE_LENGTHS.contains(&size) => column.norm(),
-            size => size * (column / size).norm(),
+        straightened(&mut self.columns, j)
+    }
+}
+
+/// Takes what column j of some has of those before it away, which are orthonormal, and gives its length.
+fn straightened(columns: &mut DMatrix<f64>, j: usize) -> f64 {
+    let (before, mut rest) = columns.columns_range_pair_mut(..j, j..);
+    let mut column = rest.column_mut(0);
+    // Twice is enough.
+    for _ in 0..if j > 0 { 2 } else { 0 } {
+        for other in before.column_iter() {
+            let part = column.dot(&other);
+            column.axpy(-part, &other, 1.0);
         }
     }
+    // Squares of what is this small or large have no room.
+    match column.amax() {
+        size if size == 0.0 || SQUARABLE_LENGTHS.contains(&size) => column.norm(),
+        size => size * (column / size).norm(),
+    }
+}
+
+/// The columns beyond so many, the last one first: those of which the others leave least, which is the rounding of a contact.
+pub(crate) fn beyond(columns: &DMatrix<f64>, left: usize) -> Vec<usize> {
+    let count = columns.ncols();
+    if count <= left {
+        return Vec::new();
+    }
+    let mut own = columns.clone();
+    let mut lengths = Vec::with_capacity(count);
+    for j in 0..count {
+        let length = straightened(&mut own, j);
+        if length > 0.0 {
+            own.column_mut(j).unscale_mut(length);
+        }
+        lengths.push(length);
+    }
+    let mut order: Vec<usize> = (0..count).rev().collect();
+    order.sort_by(|&a, &b| lengths[a].total_cmp(&lengths[b]));
+    order.truncate(count - left);
+    order.sort_unstable_by(|a, b| b.cmp(a));
+    order
 }
 
 /// A direction at right angles to others.
@@ -211,6 +252,16 @@ mod tests {
         frame.columns.fill(0.0);
         frame.collapse(4);
         assert!(frame.is_empty());
+    }
+
+    #[test]
+    fn what_goes_is_the_rounding_of_a_contact() {
+        // The first coordinate is held, and its columns are no more than what is left of large terms.
+        let mut frame = Frame::new(3, 3);
+        frame.columns = dmatrix![1e-9, 3e-10, 0.0; 2e-10, 1e-9, 0.0; 4e-10, 0.0, 0.5];
+        frame.collapse(1);
+        assert_eq!(frame.growth()[..2], [f64::NEG_INFINITY; 2]);
+        assert!((frame.growth()[2] - 0.5f64.ln()).abs() < 1e-15);
     }
 
     #[test]

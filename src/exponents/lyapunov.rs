@@ -10,7 +10,8 @@ use crate::exponents::motion::verdict_of_motion;
 use crate::exponents::tangents::Tangents;
 use crate::exponents::verdict::{Attraction, ForcingKind, verdict};
 use crate::flow::TimedScene;
-use crate::model::{Forcing, Scene, System};
+use crate::law::Law;
+use crate::model::{Constraint, ContactGeometry, Forcing, Scene, System};
 use crate::observer::ProgressRange;
 use crate::path::Evaluator;
 use crate::quantity::{finite_vector, room_for};
@@ -98,7 +99,6 @@ pub fn lyapunov_exponents(
     options: &LyapunovOptions,
 ) -> Result<LyapunovExponents> {
     let n = scene.n_dof();
-    scene.check_stops_are_rigid("lyapunov_exponents")?;
     finite_vector("q0", q0, n)?;
     finite_vector("v0", v0, n)?;
     let run = SimulateOptions::by(options.solver, Keep::Motion);
@@ -169,6 +169,8 @@ impl RunVisitor for Exponents<'_> {
             let tangents = ModalTangents::new(&timed);
             return self.along(make(), evaluator, tangents, None);
         }
+        let purpose = "lyapunov_exponents without exact flights";
+        self.scene.check_stops_are_rigid(purpose)?;
         let tangents =
             IntegratedTangents::new(self.scene, self.options.solver.tolerances(), self.start);
         let whole = (self.t_span.1 - self.t_span.0) / LYAPUNOV_PIECES;
@@ -189,7 +191,8 @@ impl Exponents<'_> {
         tangents: T,
         every: Option<f64>,
     ) -> Result<(GrowthRecord, Ending)> {
-        let mut follower = Follower::new(tangents, self.frame, self.batches);
+        let laws = self.scene.stops().iter().map(Constraint::contact);
+        let mut follower = Follower::new(tangents, self.frame, self.batches, laws.collect());
         follower.tangents.begin(self.start);
         let n_dof = run.n_dof;
         let take = &mut |mut piece: RunPiece| {
@@ -232,7 +235,10 @@ fn has_no_torus(scene: &Scene) -> bool {
         return false;
     };
     let is_damped = || system.damping().to_dense()[(0, 0)] >= 0.0;
-    scene.n_dof() == 1 && scene.period().is_some() && is_damped()
+    // A stop that relaxes has a state besides.
+    let mut laws = scene.stops().iter().map(Constraint::contact);
+    let is_plane = scene.n_dof() == 1 && !laws.any(Law::relaxes);
+    is_plane && scene.period().is_some() && is_damped()
 }
 
 /// The exponents of a motion that was followed to its end.
@@ -313,17 +319,22 @@ fn gathered(scene: &Scene, followed: &GrowthRecord, ended: &Ending) -> LyapunovE
     }
 }
 
-/// `-tr(M^-1 C) + sum ln e^2 / time` of a linear scene on which nothing came to be held.
+/// `-tr(M^-1 C) + sum ln e^2 / time - sum c n.b t_pressed / time` of a linear scene on which nothing came to be held or relaxed.
 fn expected_sum(scene: &Scene, counted: &Counted, time: f64) -> f64 {
     let Ok(system) = scene.linear_system("the sum of exponents") else {
         return f64::NAN;
     };
-    if counted.landings > 0 {
+    if counted.landings > 0 || counted.relaxing > 0.0 {
         return f64::NAN;
     }
     let damping = system.damping().to_dense();
     let trace: f64 = (0..system.n_dof())
         .map(|j| system.solve_mass(&damping.column(j).into_owned())[j])
         .sum();
-    counted.log_restitution / time - trace
+    let contacts = ContactGeometry::new(system, scene);
+    let pressed = counted.pressed.iter().enumerate();
+    let taken = pressed
+        .filter(|own| *own.1 > 0.0)
+        .map(|(i, time)| contacts.laws[i].pressed_force().damping * contacts.give(i, i) * time);
+    (counted.log_restitution - taken.sum::<f64>()) / time - trace
 }

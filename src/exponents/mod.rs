@@ -7,6 +7,7 @@ mod integrated_tangents;
 mod lyapunov;
 mod modal_tangents;
 mod motion;
+mod places;
 mod tangents;
 mod verdict;
 

@@ -14,17 +14,17 @@ use crate::impact::{GapRate, saltation};
 use crate::law::{Regime, Relaxation, Transition};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, to a regime after it; in a
-/// motion of some units.
+/// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, from the regime that lasts
+/// between them to the one after them; in a motion of some units.
 pub(crate) fn across_rest<M: HybridMaps>(
     motion: &M,
-    (stop, after): (usize, &Regime),
+    (stop, [lasting, after]): (usize, [&Regime; 2]),
     units: &ScaledUnits,
     time: f64,
     (state, deviations): (&mut DVector<f64>, &mut DMatrix<f64>),
 ) -> Result<()> {
     let at = motion.gap(stop, time, state)?;
-    let rate = motion.rate(Regime::free(), time, state)?;
+    let rate = motion.rate(lasting, time, state)?;
     let speed = at.speed(rate.rows(0, at.gradient.len()));
     let delays = at.deviations(deviations) / -speed;
     let mut y = Timed {
@@ -33,7 +33,7 @@ pub(crate) fn across_rest<M: HybridMaps>(
         deviations: &*deviations + rate * delays.transpose(),
         delays,
     };
-    finish(motion, stop, units, &mut y)?;
+    finish(motion, (stop, lasting), units, &mut y)?;
     let rate = motion.rate(after, y.time, &y.state)?;
     *deviations = y.deviations - rate * y.delays.transpose();
     *state = y.state;
@@ -119,6 +119,19 @@ pub(crate) fn place_left<M: HybridMaps>(
         place -= delays * (at.speed(state.rows(n, n)) + relaxation.speed(-at.gap));
     }
     Ok(place)
+}
+
+/// The delays of an instant at which the gap of a stop closes in a regime, by the deviations of the state before it.
+pub(crate) fn closing_delays<M: HybridMaps>(
+    motion: &M,
+    (stop, before): (usize, &Regime),
+    (time, state): (f64, &DVector<f64>),
+    deviations: &DMatrix<f64>,
+) -> Result<RowDVector<f64>> {
+    let at = motion.gap(stop, time, state)?;
+    let n = at.gradient.len();
+    let speed = at.speed(motion.rate(before, time, state)?.rows(0, n));
+    Ok(at.gradient.tr_mul(&deviations.rows(0, n)) / -speed)
 }
 
 /// The instant at which an element that relaxes is met, on deviations from a state, with those of its place (theory 22): its guard is `r - p`.

@@ -160,7 +160,7 @@ pub(crate) fn complete<M: HybridMaps + ?Sized>(
         last_time: y.time,
         last: y.state.clone(),
     };
-    finish(motion, stop, units, y)?;
+    finish(motion, (stop, Regime::free()), units, y)?;
     Ok(chatter)
 }
 
@@ -196,14 +196,15 @@ fn next_contact<M: HybridMaps + ?Sized>(
     Err(failed(MOST_FLIGHT_STEPS, least))
 }
 
-/// The rest of the sequence at once, with its Jacobian, in a motion of some units.
+/// The rest of the sequence at once, with its Jacobian, between whose impacts some regime lasts; in a motion of some units.
 pub(crate) fn finish<M: HybridMaps + ?Sized>(
     motion: &M,
-    stop: usize,
+    (stop, regime): (usize, &Regime),
     units: &ScaledUnits,
     y: &mut Timed,
 ) -> Result<()> {
-    let (span, change) = rest(motion, stop, y.time, &y.state)?;
+    let own = (stop, regime);
+    let (span, change) = rest(motion, own, y.time, &y.state)?;
     for (mut column, delay) in y.deviations.column_iter_mut().zip(y.delays.iter_mut()) {
         let largest = units.size_of(column.iter(), *delay);
         if largest == 0.0 {
@@ -212,7 +213,7 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
         let step = CENTRAL_DIFFERENCE_STEP / largest;
         let moved = |sign: f64| {
             let x = &y.state + &column * (sign * step);
-            rest(motion, stop, y.time + sign * step * *delay, &x)
+            rest(motion, own, y.time + sign * step * *delay, &x)
         };
         // Of the change alone, which is small: differences of times and places would lose its digits, far from zero all of them.
         let ((t1, x1), (t0, x0)) = (moved(1.0)?, moved(-1.0)?);
@@ -227,11 +228,11 @@ pub(crate) fn finish<M: HybridMaps + ?Sized>(
 /// How long the rest takes and by what it changes a state, `((2e/a) (f, 1) + (W, 0)) h'/(1 - e)`.
 fn rest<M: HybridMaps + ?Sized>(
     motion: &M,
-    stop: usize,
+    (stop, regime): (usize, &Regime),
     t: f64,
     state: &DVector<f64>,
 ) -> Result<(f64, DVector<f64>)> {
-    let rate = motion.rate(Regime::free(), t, state)?;
+    let rate = motion.rate(regime, t, state)?;
     let gap = motion.gap(stop, t, state)?;
     let rest = sequence(motion, stop, (t, state), (&gap, &rate))?;
     let mut struck = state.clone();
@@ -281,7 +282,8 @@ mod tests {
                     deviations: DMatrix::from_fn(4, 5, |i, j| f64::from(u8::from(i == j))),
                     delays: DVector::from_fn(5, |j, _| f64::from(u8::from(j == 4))),
                 };
-                finish(&motion, 0, &ScaledUnits::of_state(&state, &rate), &mut y).expect("regular");
+                let units = ScaledUnits::of_state(&state, &rate);
+                finish(&motion, (0, Regime::free()), &units, &mut y).expect("regular");
                 let mut miss = 0.0f64;
                 for j in 0..5 {
                     // h' = -v_0, W = (0, (1 + e) b/b_0)

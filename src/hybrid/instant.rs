@@ -6,7 +6,7 @@ use crate::hybrid::landing::land;
 use crate::hybrid::maps::{GapAt, HybridMaps};
 use crate::hybrid::scaled_units::ScaledUnits;
 use crate::hybrid::timed::Timed;
-use crate::law::{Guard, GuardKind, Regime, Stage, Transition};
+use crate::law::{Guard, Regime, Stage, Transition};
 use crate::tolerance::CENTRAL_DIFFERENCE_STEP;
 use nalgebra::{DMatrix, DVector};
 
@@ -47,7 +47,7 @@ pub(crate) fn enter<M: HybridMaps + ?Sized>(
     y: &mut Timed,
 ) -> Result<()> {
     match stage.transition.accumulation() {
-        Some(stop) => finish(motion, stop, units, y)?,
+        Some(stop) => finish(motion, (stop, Regime::free()), units, y)?,
         None => pass(motion, &stage.transition, units, y).map(drop)?,
     }
     land(motion, &stage.regime, y)
@@ -95,7 +95,7 @@ pub(crate) fn condition<M: HybridMaps + ?Sized>(
     match stage.transition {
         Transition::Nothing | Transition::Strike(_) => Ok(None),
         // The place of the element is known from an instant before.
-        Transition::Change(guard, _) if guard.kind == GuardKind::Distance => Ok(None),
+        Transition::Change(..) if stage.transition.met_again().is_some() => Ok(None),
         Transition::Chatter(stop) => gap_condition(motion, stop, units, y).map(Some),
         Transition::Release(stop) => {
             let GapAt { gradient, .. } = motion.gap(stop, y.time, &y.state)?;

@@ -22,7 +22,8 @@ pub(crate) mod system;
 mod timed;
 
 pub(crate) use across::{
-    across, across_free_impact, across_impacts, across_meeting, across_rest, place_left,
+    across, across_free_impact, across_impacts, across_meeting, across_rest, closing_delays,
+    place_left,
 };
 pub(crate) use closed_form::{ClosedForm, ClosedFormMaps, ModalImpacts, regime_motions};
 pub(crate) use flow::{AnyLoop, Arrival, Counts, HybridFlow};

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::hybrid::{HybridMaps, ScaledUnits, across, across_meeting, across_rest, place_left};
 use crate::itinerary::arc::MotionArc;
-use crate::law::{ElementState, GuardKind, Relaxation, Transition};
+use crate::law::{ElementState, Regime, Relaxation, Transition};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// The deviations of the place of an element that relaxes, at a time.
@@ -45,8 +45,9 @@ pub(crate) fn monodromy<M: HybridMaps>(
     let mut before = DVector::zeros(two_n);
     for (arc, next) in arcs.iter().zip(arcs.iter().cycle().skip(1)) {
         if let Some(stop) = arc.accumulation() {
-            let (to, y) = ((stop, next.regime()), (&mut before, &mut deviations));
-            across_rest(motion, to, &units, arc.start, y)?;
+            let y = (&mut before, &mut deviations);
+            let regimes = [Regime::free(), next.regime()];
+            across_rest(motion, (stop, regimes), &units, arc.start, y)?;
             continue;
         }
         before.clone_from(&arc.after);
@@ -62,7 +63,7 @@ pub(crate) fn monodromy<M: HybridMaps>(
             &next.stage.transition,
             ((arc.regime(), next.regime()), arc.end),
         );
-        match met(transition)
+        match transition.met_again()
             .and_then(|element| places.iter().position(|own| own.element == element))
         {
             Some(known) => {
@@ -93,14 +94,6 @@ pub(crate) fn monodromy<M: HybridMaps>(
     Ok(deviations)
 }
 
-/// The element that relaxes and is met at a transition.
-fn met(transition: &Transition) -> Option<usize> {
-    match transition {
-        Transition::Change(guard, _) if guard.kind == GuardKind::Distance => Some(guard.element),
-        _ => None,
-    }
-}
-
 /// The element that begins to relax at a transition.
 fn left<M: HybridMaps>(motion: &M, transition: &Transition) -> Option<(usize, Relaxation)> {
     let Transition::Change(guard, ElementState::Relaxing) = transition else {
@@ -123,7 +116,7 @@ fn out_at_start<M: HybridMaps>(
         let own = |transition: &&&Transition| matches!(transition, Transition::Change(guard, _) if guard.element == *element);
         // At the start itself it is met in the period before.
         let first = transitions.iter().skip(1).find(own);
-        first.is_some_and(|transition| met(transition).is_some())
+        first.is_some_and(|transition| transition.met_again().is_some())
     };
     let mut out: Vec<_> = all.filter(is_out).collect();
     out.sort_unstable_by_key(|own| own.0);

@@ -71,6 +71,14 @@ impl Transition {
         elements.map(|&element| (name, element)).collect()
     }
 
+    /// The element that relaxes and is met here before it is back at its place.
+    pub fn met_again(&self) -> Option<usize> {
+        match self {
+            Self::Change(guard, _) if guard.kind == GuardKind::Distance => Some(guard.element),
+            _ => None,
+        }
+    }
+
     /// The elements with which contacts begin: those struck, or one that is pressed from here on.
     pub fn begun(&self) -> Vec<usize> {
         let pressed = self.press().into_iter();

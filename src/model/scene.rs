@@ -329,6 +329,17 @@ impl Scene {
         self.refuse_springs(|stop| !stop.contact().is_rigid(), rule)
     }
 
+    /// Refuses stops that give way in a scene that is not linear; `purpose` says what takes none there.
+    ///
+    /// # Errors
+    /// A stop that gives way.
+    pub(crate) fn check_springs_are_linear(&self, purpose: &str) -> Result<()> {
+        if self.linear_system(purpose).is_ok() {
+            return Ok(());
+        }
+        self.check_stops_are_rigid(&format!("{purpose} of a scene that is not linear"))
+    }
+
     /// Refuses stops whose state says more than positions and velocities do; `purpose` is what goes on from these alone.
     ///
     /// # Errors

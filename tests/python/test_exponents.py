@@ -29,6 +29,17 @@ def test_chaos_and_what_sticks():
     assert "chaotic: 0.1" in repr(chaos)
 
 
+def test_what_a_stop_does_not_see_has_the_exponents_of_its_damping():
+    # Bounces that come to rest take both directions of the first mass, and none of the other.
+    system = vi.LinearSystem(np.eye(2), np.diag([0.1, 0.3]), np.diag([1.0, 2.0]))
+    for restitution in (0.0, 0.5):
+        scene = vi.Scene(system, vi.Harmonic([2.0, 1.0], 0.6), vi.Stop(0, 0.2, restitution))
+        found = vi.lyapunov_exponents(scene, [0.0, 0.0], [0.3, 0.1], (0, 500))
+        assert found.n_landings > 10
+        assert abs(found.exponents[:2].sum() + 0.3) < 1e-8
+        assert (found.exponents[2:] == -np.inf).all()
+
+
 def test_an_orbit_has_the_exponents_of_its_multipliers():
     scene = SCENE.replace(forcing_scale=7.75)
     orbit = vi.periodic_orbits(scene, [0])[0]

@@ -68,7 +68,7 @@ def basins(
         The phase of the forcing [rad] at which the motions begin.
     impact : dict, optional
         In place of q and v, of one degree of freedom: states right after an impact, ``{"stop": 0, "phase": axis, "speed":
-        axis}``, with speeds of 0 or more.
+        axis}``, with speeds of 0 or more; of a stop that gives way at the beginning of a contact.
     attractors : sequence of Attractor, optional
         As ``find_attractors`` finds them at this phase; without, it is called with the box first.
     box : array_like, shape (2n, 2), optional
@@ -98,7 +98,8 @@ def basins(
     ------
     ValueError
         Other than two axes, axes or numbers that are not finite, a coordinate without either, ``impact`` with q or v or more than
-        one degree of freedom; a scene without a forcing period; attractors of another scene; a store that is a file, has
+        one degree of freedom; a scene without a forcing period; stops that relax (``release="force"`` with a dashpot), whose
+        places no plane of states has; attractors of another scene; a store that is a file, has
         something else in it, or was made with other arguments or other code, or, without a key, a function with a part that
         cannot be looked through.
     OSError

@@ -79,7 +79,8 @@ def find_attractors(
     ------
     ValueError
         A box of another shape, upside down, not finite or without width; seeds of another shape or not finite; a scene without a
-        forcing period; counts below what they must be.
+        forcing period; stops that relax (``release="force"`` with a dashpot), whose places states do not have; counts below what
+        they must be.
 
     Notes
     -----

@@ -28,12 +28,12 @@ def lyapunov_exponents(
 
     Deviations fly with the motion, cross impacts by saltation matrices, the end of accumulating impacts by the derivative of its
     map, and lose what contact takes away where a stop comes to be held; they are made orthonormal again at every instant (theory
-    16).
+    16). Beside them goes the place of a stop that relaxes, as long as it does (theory 22).
 
     Parameters
     ----------
     scene : Scene
-        What moves: linear or not.
+        What moves: linear or not; with stops that give way by exact flights alone.
     q0, v0 : array_like, shape (n,)
         Position and velocity at the start.
     t_span : (float, float)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
-from vibroimpact._core import Scene
+from vibroimpact._core import Scene, Spring
 from vibroimpact._validation import shown
 from vibroimpact.analysis import parameter_axis
 from vibroimpact.run.tiles import Tile
@@ -122,7 +122,7 @@ def of_coordinates(scene: Scene, q: Any, v: Any, phase: float) -> Plane:
 
 
 def after_impact(scene: Scene, impact: Mapping[str, Any]) -> Plane:
-    """Return the plane of the states right after an impact: its phase is x, the speed y.
+    """Return the plane of the states right after an impact, or at the beginning of a contact: its phase is x, the speed y.
 
     Raises
     ------
@@ -151,4 +151,6 @@ def after_impact(scene: Scene, impact: Mapping[str, Any]) -> Plane:
         raise ValueError(message)
     here, there = (float(scene.gaps([x])[stop]) for x in (0.0, 1.0))
     place, opening = -here / (there - here), float(np.sign(there - here))
+    if isinstance(scene.stops[stop].contact, Spring):
+        opening = -opening  # the beginning of a contact
     return Plane("phase", "speed", phase, speed, (place, "y"), "x", opening)

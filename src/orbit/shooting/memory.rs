@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::hybrid::{ScaledUnits, Timed};
-use crate::law::{ElementState, GuardKind, Relaxation, Transition};
+use crate::law::{ElementState, Relaxation, Transition};
 use crate::orbit::shooting::closure::{Shooting, ShootingState};
 use nalgebra::{DMatrix, DVector};
 
@@ -19,10 +19,7 @@ pub(super) struct Meeting {
 impl Shooting<'_> {
     /// What instant k remembers.
     pub(super) fn meeting(&self, k: usize) -> Option<Meeting> {
-        let Transition::Change(guard, _) = self.stages.stage(k).transition else {
-            return None;
-        };
-        let element = guard.element;
+        let element = self.stages.stage(k).transition.met_again()?;
         let law = self.motion.contact_law(element).by_state();
         let relaxation = law.relaxation(ElementState::Relaxing)?;
         let leaves = |own: &usize| {
@@ -32,7 +29,7 @@ impl Shooting<'_> {
         };
         let count = self.stages.len();
         let left = (1..=count).map(|back| k + count - back).find(leaves)?;
-        (guard.kind == GuardKind::Distance).then_some(Meeting {
+        Some(Meeting {
             element,
             relaxation,
             left: left % count,
