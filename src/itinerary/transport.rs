@@ -63,7 +63,8 @@ pub(crate) fn monodromy<M: HybridMaps>(
             &next.stage.transition,
             ((arc.regime(), next.regime()), arc.end),
         );
-        match transition.met_again()
+        match transition
+            .met_again()
             .and_then(|element| places.iter().position(|own| own.element == element))
         {
             Some(known) => {

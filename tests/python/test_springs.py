@@ -117,7 +117,6 @@ def test_a_body_that_comes_to_rest_on_an_overdamped_stop_stays():
 @pytest.mark.parametrize(
     ("call", "name"),
     [
-        (lambda scene, run: vi.periodic_orbits(scene, [0]), "periodic_orbits"),
         (lambda scene, run: vi.recovery_matrix(scene, [0]), "recovery_matrix"),
         (lambda scene, run: vi.simulate(scene, 0.0, 0.3, (0, 1), ramp=vi.Ramp("frequency", 0.9, over=1.0)), "ramp"),
         (lambda scene, run: vi.simulate(between("force"), 0.0, 0.3, (0, 1), method="rk45"), "release"),
