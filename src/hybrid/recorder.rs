@@ -46,6 +46,11 @@ pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
     fn state(&mut self, local: f64) -> PhysicalState;
 
+    /// Adds the numbers of what is left of it a time after the start, of an exact flight that is gone again.
+    fn write_later(&mut self, _local: f64, _numbers: &mut Vec<f64>) {
+        unreachable!("exact flights alone are gone again");
+    }
+
     /// Position and velocity from a time `first` on, at intervals `every`, until `look` breaks off.
     fn strobe(
         &mut self,

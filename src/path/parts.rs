@@ -78,6 +78,21 @@ impl PathParts {
         motion.write(&mut self.numbers);
     }
 
+    /// Adds an arc that is a later part of another one.
+    pub fn push_later(&mut self, span: &ArcSpan, write: impl FnOnce(&mut Vec<f64>)) {
+        self.arcs.push(PathArc {
+            clock: span.start,
+            span: span.span,
+        });
+        write(&mut self.numbers);
+    }
+
+    /// Takes back a segment that has no arcs.
+    pub fn take_back(&mut self) {
+        let count = self.arcs.len();
+        self.segments.pop_if(|last| last.first == count);
+    }
+
     /// The segment that an arc belongs to.
     pub fn segment_of(&self, arc: usize) -> &PathSegment {
         let later = self.segments.partition_point(|s| s.first <= arc);

@@ -1,11 +1,13 @@
 //! A trajectory as it is put together, chapter by chapter.
 
 use crate::error::Error;
+use crate::hybrid::ElementStates;
 use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
 use crate::path::{Evaluator, Path, Samples, joined};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::motion_state::Left;
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::run::Done;
 use crate::simulate::trajectory::Trajectory;
@@ -34,6 +36,7 @@ impl Gathered {
                 status: Status::Finished,
                 message: String::new(),
                 stats: Stats::default(),
+                left: Left::default(),
             },
             samples: Vec::new(),
         }
@@ -49,13 +52,18 @@ impl Gathered {
         &self.so_far.last
     }
 
+    /// The states of elements there.
+    pub fn elements(&self) -> &ElementStates {
+        &self.so_far.left.elements
+    }
+
     /// Whether the run has come to an end of its own.
     pub fn has_ended(&self) -> bool {
         self.so_far.status != Status::Finished
     }
 
     /// Adds a chapter from a time on.
-    pub fn add(&mut self, start: f64, (evaluator, done): (Evaluator, Done)) {
+    pub fn add(&mut self, start: f64, (evaluator, done, left): (Evaluator, Done, Left)) {
         let all = &mut self.so_far;
         let n_dof = all.scene.n_dof();
         let Ending {
@@ -80,6 +88,7 @@ impl Gathered {
         });
         all.span = (all.chapters[0].span.0, time);
         (all.last, all.status, all.message) = (done.last, status, message);
+        all.left = left;
         all.stats = all.stats.and(done.stats);
         let chapter = all.chapters.len() - 1;
         let ramped = all
@@ -108,6 +117,10 @@ impl Gathered {
         let (q, v) = &self.so_far.last;
         if !q.iter().chain(v).all(|x| x.is_finite()) {
             return None;
+        }
+        if self.so_far.ramped.is_some() {
+            // The flight is one of the scene of the last chapter.
+            self.so_far.left.flight = None;
         }
         if !self.samples.is_empty() {
             self.so_far.samples = Some(joined(self.samples, self.so_far.scene.n_dof()));

@@ -22,6 +22,8 @@ pub(crate) struct Record {
     pub monitor: MonitorSlot,
     /// Whether the next segment is a part of the last one.
     goes_on: bool,
+    /// The time at which the run begins, of one that goes the flight again in which it does: what came before is known.
+    pub since: f64,
 }
 
 /// The motion at the times asked for, filled in flight by flight.
@@ -49,6 +51,34 @@ impl Record {
             samples: options.t_eval.as_ref().map(sampler),
             monitor: MonitorSlot::default(),
             goes_on: false,
+            since: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Keeps the part of an arc from where the run begins on.
+    fn keep_arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
+        let Some(kept) = &mut self.kept else {
+            return;
+        };
+        let end = arc.start.after(arc.span);
+        if arc.start.time() >= self.since {
+            kept.push(arc, motion);
+        } else if end.time() > self.since || arc.last.is_some() {
+            let start = arc.start.at(self.since);
+            let local = arc.start.until(start).min(arc.span);
+            let span = start.until(end).max(0.0);
+            kept.push_later(
+                &ArcSpan {
+                    start,
+                    span,
+                    ..*arc
+                },
+                |numbers| {
+                    motion.write_later(local, numbers);
+                },
+            );
+        } else {
+            kept.take_back();
         }
     }
 
@@ -156,9 +186,7 @@ impl Recorder for Record {
     }
 
     fn arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
-        if let Some(kept) = &mut self.kept {
-            kept.push(arc, motion);
-        }
+        self.keep_arc(arc, motion);
         self.sample(arc, motion);
         self.inspect_arc(arc, motion);
     }
@@ -168,6 +196,8 @@ impl Recorder for Record {
     }
 
     fn graze(&mut self, graze: Graze) {
-        self.grazes.push(graze);
+        if graze.time > self.since {
+            self.grazes.push(graze);
+        }
     }
 }

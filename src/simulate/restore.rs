@@ -9,6 +9,7 @@ use crate::law::Regime;
 use crate::model::Scene;
 use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
 use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::motion_state::Left;
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::saved::{SavedMotion, SavedTrajectory};
 use crate::simulate::saved_rules::{check, check_arcs, check_chapters, check_finite};
@@ -68,6 +69,7 @@ impl Trajectory {
                 own.map(|own| (own.span.0, own.span.1, own.impacts.start))
                     .collect()
             },
+            left: Some(self.left.save()),
             samples: self.samples.clone(),
         }
     }
@@ -111,6 +113,10 @@ impl Trajectory {
                 impacts: first..last,
             });
         }
+        let left = match saved.left {
+            Some(left) => Left::restore(scene, left)?,
+            None => Left::of_path(chapters.last().and_then(|own| own.path.as_ref())),
+        };
         let &[
             n_rhs,
             n_steps,
@@ -168,6 +174,7 @@ impl Trajectory {
                 n_contacts,
                 atol: saved.atol,
             },
+            left,
         })
     }
 }
