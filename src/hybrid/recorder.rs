@@ -16,9 +16,16 @@ pub(crate) struct Wanted {
     pub events: bool,
     /// The motion between them.
     pub arcs: bool,
+    /// The motion along which stops are met.
+    pub contacts: bool,
 }
 
 impl Wanted {
+    /// Whether the motion in a regime is wanted.
+    pub fn motion_in(self, regime: &Regime) -> bool {
+        self.arcs || (self.contacts && regime.pushing().next().is_some())
+    }
+
     /// Whether nothing is wanted but the end of a run.
     #[inline]
     pub fn is_nothing(self) -> bool {
@@ -96,6 +103,8 @@ pub(crate) trait Recorder {
     fn graze(&mut self, graze: Graze);
     /// An impact.
     fn impact(&mut self, _impact: Impact) {}
+    /// Impacts on a stop begin to accumulate, at a time and with an approach speed.
+    fn accumulation(&mut self, _time: f64, _stop: usize, _approach: f64) {}
     /// The segment that begins next is a part of the last one, where it is of the same kind and regime.
     fn continue_segment(&mut self) {}
 }

@@ -125,7 +125,7 @@ fn start(
 /// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
-///     What is kept: the whole motion; the impacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
+///     What is kept: the whole motion; the impacts and contacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
 /// max_impacts : int, optional
 ///     The run ends after this many impacts.
 /// ramp : Ramp, or sequence of Ramp, optional

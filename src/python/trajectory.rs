@@ -271,6 +271,9 @@ motion_class! { PyTrajectory as "trajectory" |own| own.core; (t=None): Option<&B
         numbers.set_item("ramp", self.ramp(py)?)?;
         numbers.set_item("until", saved.ramps.1)?;
         numbers.set_item("left", saved.left)?;
+        if let Some(contacts) = saved.contacts {
+            numbers.set_item("contacts", contacts)?;
+        }
         if let Some(OfRun {
             by,
             is_of_end,
@@ -363,6 +366,10 @@ pub(crate) fn _restore_trajectory(
         },
         left: match saved.get_item("left")? {
             Some(left) => argument::saved("left", &left)?,
+            None => None,
+        },
+        contacts: match saved.get_item("contacts")? {
+            Some(contacts) => argument::saved("contacts", &contacts)?,
             None => None,
         },
         samples,

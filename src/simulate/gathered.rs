@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::hybrid::ElementStates;
 use crate::impact::wrapped;
 use crate::model::{PhysicalState, Scene};
-use crate::path::{Evaluator, Path, Samples, joined};
+use crate::path::{Evaluator, Path, PathParts, Samples, joined};
 use crate::simulate::event_loop::Ending;
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::motion_state::Left;
@@ -37,6 +37,7 @@ impl Gathered {
                 message: String::new(),
                 stats: Stats::default(),
                 left: Left::default(),
+                contacts: None,
             },
             samples: Vec::new(),
         }
@@ -71,17 +72,20 @@ impl Gathered {
             status,
             message,
         } = done.ending;
-        let (impacts, grazes, samples, kept) = done.record.finish();
+        let recorded = done.record.finish();
         let first = all.impacts.len();
-        append(&mut all.impacts, impacts);
-        append(&mut all.grazes, grazes);
+        append(&mut all.impacts, recorded.impacts);
+        append(&mut all.grazes, recorded.grazes);
+        let path = |parts: PathParts| Path {
+            evaluator: evaluator.clone(),
+            parts,
+            span: (start, time),
+            n_dof,
+        };
+        let of_contacts = recorded.contacts;
         all.chapters.push(KeptChapter {
-            path: kept.map(|parts| Path {
-                evaluator,
-                parts,
-                span: (start, time),
-                n_dof,
-            }),
+            path: recorded.kept.map(path),
+            contacts: of_contacts.map(|(parts, began)| (path(parts), began)),
             contact_impulses: OnceLock::new(),
             span: (start, time),
             impacts: first..all.impacts.len(),
@@ -101,7 +105,7 @@ impl Gathered {
                 impact.phase = wrapped(drifting.angle(impact.time));
             }
         }
-        self.samples.extend(samples);
+        self.samples.extend(recorded.samples);
     }
 
     /// Ends the run where a stop has been put onto the motion.
@@ -127,6 +131,18 @@ impl Gathered {
         }
         Some(self.so_far)
     }
+}
+
+/// The trajectory of one run of a scene from a time on, from which no other is to go on.
+pub(crate) fn whole_run(
+    scene: &Scene,
+    start: f64,
+    (evaluator, done): (Evaluator, Done),
+) -> Trajectory {
+    let mut whole = Gathered::new(scene, None);
+    whole.add(start, (evaluator, done, Left::default()));
+    whole.so_far.samples = whole.samples.pop();
+    whole.so_far
 }
 
 /// Appends a list to another, which becomes it where there is nothing yet.

@@ -5,6 +5,7 @@ mod another_law;
 mod batch;
 mod by_method;
 mod chapters;
+mod contact_parts;
 mod event_loop;
 mod gathered;
 mod kept;
@@ -32,6 +33,7 @@ pub use crate::path::{ContactRecord, Energy, ImpactSide, Motion, RegimeRow, Samp
 pub(crate) use batch::Batch;
 pub(crate) use by_method::{RunMaker, RunVisitor, SeriesRun, visit_runs};
 pub(crate) use event_loop::Ending;
+pub(crate) use gathered::whole_run;
 pub use method::Method;
 pub(crate) use monitor::RunMonitor;
 pub use motion_state::MotionState;

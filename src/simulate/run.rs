@@ -4,7 +4,7 @@
 use crate::error::{Error, Result, shortened};
 use crate::flow::RegimeMotion;
 use crate::hybrid::{AnyLoop, Counts, ElementStates, HybridFlow, HybridSystem, Present};
-use crate::model::PhysicalState;
+use crate::model::{Constraint, PhysicalState, Scene};
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::monitor::RunMonitor;
 use crate::simulate::motion_state::Left;
@@ -145,6 +145,8 @@ pub(crate) struct Run<'a, M: ?Sized> {
     pub events: EventLoop,
     pub options: &'a SimulateOptions,
     pub n_dof: usize,
+    /// Whether what comes before a contact counts: there are stops that give way, or whose reactions are not those of inertia.
+    pub has_sides: bool,
     pub flow: M,
 }
 
@@ -153,13 +155,22 @@ pub(crate) type AnyRun<'a> = Run<'a, dyn EventFlow + 'a>;
 
 impl<'a, M> Run<'a, M> {
     /// Runs along a flow.
-    pub fn new(flow: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
+    pub fn new(flow: M, options: &'a SimulateOptions, scene: &Scene) -> Self {
+        let is_plain = |stop: &Constraint| stop.contact().is_rigid() && stop.reacts_by_inertia();
         Self {
             events: EventLoop::default(),
             options,
-            n_dof,
+            n_dof: scene.n_dof(),
+            has_sides: !scene.stops().iter().all(is_plain),
             flow,
         }
+    }
+}
+
+impl<M: ?Sized> Run<'_, M> {
+    /// An empty record.
+    pub fn new_record(&self) -> Record {
+        Record::new(self.options, (self.n_dof, self.has_sides))
     }
 }
 
@@ -176,7 +187,7 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
         v0: &DVector<f64>,
         t_span: (f64, f64),
     ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
+        let mut record = self.new_record();
         let ending = if let Some(ending) = self.begin((q0, v0, t_span.0), &mut record)? {
             ending
         } else {
@@ -191,6 +202,8 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
     /// # Errors
     /// Numbers that are not those of a flight of the scene.
     pub fn go_on_from(&mut self, state: TimedState<'_>, flight: &[f64], end: f64) -> Result<Done> {
+        let mut record = self.new_record();
+        record.since = state.2;
         let Self {
             flow,
             events,
@@ -201,8 +214,6 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
             let rule = "they must be those of a motion of the scene";
             return Err(Error::bad_value("state", "with other numbers", rule));
         }
-        let mut record = Record::new(options, self.n_dof);
-        record.since = state.2;
         let ending = flow.go_on(events, end, options, &mut record)?;
         self.finish(ending, record)
     }
@@ -230,7 +241,7 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
         (start, end): (f64, f64),
         (monitor, every): (Box<dyn RunMonitor>, f64),
     ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
+        let mut record = self.new_record();
         record.monitor.monitor = Some(monitor);
         let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {

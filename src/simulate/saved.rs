@@ -30,6 +30,9 @@ pub struct SavedTrajectory {
     pub chapters: Vec<(f64, f64, usize)>,
     /// What another run goes on from; `None` of what was saved without it.
     pub left: Option<SavedLeft>,
+    /// The contacts of a run that keeps its impacts alone, ten numbers each in the order of [`ContactRecord`](crate::ContactRecord), shape
+    /// `(10 n_contacts,)`, \[mixed\].
+    pub contacts: Option<Vec<f64>>,
     /// The samples at `t_eval`.
     pub samples: Option<Samples>,
 }

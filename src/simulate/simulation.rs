@@ -206,7 +206,7 @@ impl RunVisitor for OneRun<'_> {
 
     const BY_EXACT_FLIGHTS: &'static str = "simulate with method=\"exact\"";
 
-    fn visit(self, make: &RunMaker<'_, '_>, mut evaluator: Evaluator) -> Result<Self::Output> {
+    fn visit(self, make: &RunMaker<'_, '_>, evaluator: Evaluator) -> Result<Self::Output> {
         let (q0, v0) = self.start.state;
         let mut run = make();
         run.events.n_before = self.n_impacts;
@@ -216,10 +216,7 @@ impl RunVisitor for OneRun<'_> {
             run.events.give(self.start.elements);
             run.run(q0, v0, self.t_span)?
         };
-        if let Evaluator::Exact { regimes, .. } = &mut evaluator {
-            regimes.clone_from(&done.regimes);
-        }
         let left = run.left(done.ending.status);
-        Ok((evaluator, done, left))
+        Ok((evaluator.with_regimes(&done.regimes), done, left))
     }
 }

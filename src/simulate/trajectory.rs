@@ -3,6 +3,7 @@
 use crate::hybrid::Graze;
 use crate::impact::Impact;
 use crate::model::{PhysicalState, Scene};
+use crate::path::ContactRecord;
 use crate::simulate::kept::{KeptChapter, Ramped};
 use crate::simulate::motion_state::{Left, MotionState};
 use crate::simulate::options::{Stats, Status};
@@ -25,6 +26,8 @@ pub struct Trajectory {
     pub(crate) message: String,
     pub(crate) stats: Stats,
     pub(crate) left: Left,
+    /// Its contacts, of a run that was saved with them and without its motion.
+    pub(crate) contacts: Option<Vec<ContactRecord>>,
 }
 
 impl Trajectory {

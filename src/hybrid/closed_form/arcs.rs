@@ -158,7 +158,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         span: f64,
         recorder: &mut dyn Recorder,
     ) {
-        if recorder.wanted().arcs {
+        if recorder.wanted().motion_in(&motion.regime) {
             let mut arc = RegimeArc {
                 motion,
                 scene: self.scene,

@@ -156,7 +156,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 recorder.graze(reported(graze, from));
             }
         }
-        if recorder.wanted().arcs {
+        if recorder.wanted().motion_in(&motion.regime) {
             let mut arc = RegimeArc {
                 motion,
                 scene: self.scene,
@@ -333,6 +333,7 @@ mod tests {
             Wanted {
                 events: false,
                 arcs: false,
+                contacts: false,
             }
         }
         fn begin_segment(&mut self, _kind: SegmentKind, _regime: &Regime) {}

@@ -32,6 +32,7 @@ impl Resolver {
         system.evaluate_gaps()?;
         let now = system.clock();
         let left = now.until(now.at(t_end)).max(0.0);
+        recorder.accumulation(now.time(), stop, -system.gap(stop).speed);
         let span = chatter_at(system, stop).span();
         self.note_cut(span > left);
         system.complete_chatter(&[stop], span.min(left), recorder)?;
@@ -143,6 +144,9 @@ impl Resolver {
             .filter(|&stop| self.closes(system, stop))
             .collect();
         let lasting = self.lasting_rest(system, &struck)?;
+        for &stop in &struck {
+            recorder.accumulation(system.clock().time(), stop, -system.gap(stop).speed);
+        }
         let now = system.clock();
         let left = now.until(now.at(t_end)).max(0.0);
         self.note_cut(lasting.is_some_and(|span| span > left));
