@@ -24,6 +24,7 @@ __all__ = [
     "LinearSystem",
     "Load",
     "Modes",
+    "MotionState",
     "Newton",
     "NonlinearStop",
     "NonlinearSystem",
@@ -67,6 +68,7 @@ __all__ = [
     "_rayleigh_coefficients",
     "_restore_orbit",
     "_restore_orbits",
+    "_restore_state",
     "_restore_trajectory",
     "_settle_seeds",
     "_simulate_rows",
@@ -721,6 +723,27 @@ class Energy:
     def balance(self) -> _FloatArray: ...
 
 @final
+class MotionState:
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def q(self) -> _FloatArray: ...
+    @property
+    def v(self) -> _FloatArray: ...
+    @property
+    def z(self) -> _FloatArray: ...
+    @property
+    def mode(self) -> int: ...
+    @property
+    def regime(self) -> tuple[str, ...]: ...
+    @property
+    def remembered(self) -> _FloatArray: ...
+    def to_arrays(self) -> dict[str, NDArray[Any]]: ...
+    def __eq__(self, other: object) -> bool: ...
+
+@final
 class Trajectory:
     def _check_kept(self) -> None: ...
     def _repr_html_(self) -> str: ...
@@ -805,6 +828,7 @@ def periodic_orbits(
     free: str | None = None,
     between: tuple[float, float] | None = None,
 ) -> Orbits: ...
+@overload
 def simulate(
     scene: Scene,
     q0: ArrayLike,
@@ -821,6 +845,24 @@ def simulate(
     derivatives: str | Sequence[str] | None = None,
     progress: bool = False,
 ) -> Trajectory: ...
+@overload
+def simulate(
+    scene: Scene,
+    q0: MotionState,
+    v0: tuple[float, float] | None = None,
+    t_span: tuple[float, float] | None = None,
+    *,
+    method: _Method = "auto",
+    rtol: float = 1e-9,
+    atol: float | None = None,
+    t_eval: ArrayLike | None = None,
+    keep: _Keep = "motion",
+    max_impacts: int | None = None,
+    ramp: Ramp | Sequence[Ramp] | None = None,
+    derivatives: str | Sequence[str] | None = None,
+    progress: bool = False,
+) -> Trajectory: ...
+def _restore_state(scene: Scene, time: float, q: ArrayLike, v: ArrayLike, left: tuple[Any, ...]) -> MotionState: ...
 def _restore_orbit(
     scene: Scene,
     pattern: _Pattern,

@@ -79,6 +79,7 @@ impl<'t> Tile<'t> {
             if goes_on && tile.points[i].is_open {
                 tile.waiting.push_front(i);
             }
+            Ok(())
         };
         loop {
             {

@@ -31,6 +31,8 @@ pub(crate) enum SearchFailure {
     Bends,
     /// The gap is zero nowhere where it is crossed, or like no interpolant of it.
     Jumps,
+    /// No step along an exact flight is short enough to tell.
+    Shallow,
 }
 
 impl fmt::Display for SearchFailure {
@@ -47,6 +49,9 @@ impl fmt::Display for SearchFailure {
             }
             Self::Jumps => {
                 "the gap jumps, or its gradient is not that of the gap"
+            }
+            Self::Shallow => {
+                "what would begin or end one is zero to rounding there, and no step is short enough to tell on which side"
             }
         })
     }

@@ -130,6 +130,25 @@ impl<'f, F: LinearFlow> ContactSearch<'f, F> {
         self.n_gap_evaluations = 0;
     }
 
+    /// The level of the steps with which the next flight is searched first.
+    #[inline]
+    pub fn level(&self) -> usize {
+        self.level
+    }
+
+    /// The last level that there is.
+    pub fn deepest_level(&self) -> usize {
+        self.levels.deepest
+    }
+
+    /// Resets what depends on earlier flights to what a flight found; without extents, those of one that goes from its own.
+    pub fn restart_at(&mut self, level: usize, extents: &[[f64; 2]]) {
+        self.level = level;
+        for (gap, extent) in self.gaps.iter_mut().zip(extents) {
+            gap.extent = *extent;
+        }
+    }
+
     /// Evaluates the model of every gap at a state.
     pub fn evaluate(&mut self, state: &[Pair]) {
         self.n_gap_evaluations += self.gaps.len();

@@ -132,7 +132,7 @@ impl TurnRate {
 }
 
 /// The tolerances of a run, as they are asked for.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tolerances {
     pub relative: f64,
     /// None: a part of the characteristic lengths.

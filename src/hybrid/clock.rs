@@ -45,6 +45,22 @@ impl Clock {
         Self { time, rest, ..self }.turned()
     }
 
+    /// All that it knows beside the frequency, from which it can be written again to the bit.
+    pub fn written(self) -> [f64; 4] {
+        [self.time, self.rest, self.turn, self.turn_rest]
+    }
+
+    /// The clock of the same frequency that was written.
+    pub fn read(self, [time, rest, turn, turn_rest]: [f64; 4]) -> Self {
+        Self {
+            time,
+            rest,
+            turn,
+            turn_rest,
+            ..self
+        }
+    }
+
     /// The time.
     pub fn time(self) -> f64 {
         self.time
@@ -144,5 +160,6 @@ mod tests {
     fn a_reading_sets_the_clock_again() {
         let clock = Clock::new(-7.3, 2.3).after(1.0 / 3.0).after(1e-20);
         assert_eq!(Clock::new(0.0, 2.3).set(clock.reading()), clock);
+        assert_eq!(Clock::new(0.0, 2.3).read(clock.written()), clock);
     }
 }

@@ -61,6 +61,7 @@ impl Recorder for Notes {
         Wanted {
             events: true,
             arcs: true,
+            contacts: false,
         }
     }
 

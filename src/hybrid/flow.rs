@@ -3,10 +3,11 @@
 use crate::error::Result;
 use crate::event::certified::SearchFailure;
 use crate::flow::RegimeMotion;
+use crate::hybrid::memory::FlowMemory;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::system::HybridSystem;
-use crate::law::Guard;
+use crate::law::{Guard, Regime};
 use crate::observer::Observer;
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -68,6 +69,22 @@ pub(crate) trait HybridFlow {
     fn remarks(&self) -> String;
     /// The motions in other regimes than the free one, which arcs refer to.
     fn regime_motions(&self) -> Vec<Arc<RegimeMotion>>;
+    /// Where its last flight began, from where the same flight can be gone again to the bit; `None` of one that keeps no such thing.
+    fn departed(&self) -> Option<FlowMemory> {
+        None
+    }
+    /// Where it is, likewise.
+    fn present(&self) -> Option<FlowMemory> {
+        None
+    }
+    /// Goes where a flight of the same scene began, in a regime; whether the memory is one of such a flow.
+    fn go_back(&mut self, _memory: &FlowMemory, _regime: &Regime) -> Result<bool> {
+        Ok(false)
+    }
+    /// The places of the elements that relax.
+    fn places(&self) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
 }
 
 /// A flow in the form for which the event loop is compiled: static dispatch for exact flights, dynamic for integrated ones.

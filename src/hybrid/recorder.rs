@@ -16,9 +16,16 @@ pub(crate) struct Wanted {
     pub events: bool,
     /// The motion between them.
     pub arcs: bool,
+    /// The motion along which stops are met.
+    pub contacts: bool,
 }
 
 impl Wanted {
+    /// Whether the motion in a regime is wanted.
+    pub fn motion_in(self, regime: &Regime) -> bool {
+        self.arcs || (self.contacts && regime.pushing().next().is_some())
+    }
+
     /// Whether nothing is wanted but the end of a run.
     #[inline]
     pub fn is_nothing(self) -> bool {
@@ -45,6 +52,11 @@ pub(crate) trait Written {
 pub(crate) trait ArcMotion: Written {
     /// Position and velocity a time after the start.
     fn state(&mut self, local: f64) -> PhysicalState;
+
+    /// Adds the numbers of what is left of it a time after the start, of an exact flight that is gone again.
+    fn write_later(&mut self, _local: f64, _numbers: &mut Vec<f64>) {
+        unreachable!("exact flights alone are gone again");
+    }
 
     /// Position and velocity from a time `first` on, at intervals `every`, until `look` breaks off.
     fn strobe(
@@ -91,6 +103,8 @@ pub(crate) trait Recorder {
     fn graze(&mut self, graze: Graze);
     /// An impact.
     fn impact(&mut self, _impact: Impact) {}
+    /// Impacts on a stop begin to accumulate, at a time and with an approach speed.
+    fn accumulation(&mut self, _time: f64, _stop: usize, _approach: f64) {}
     /// The segment that begins next is a part of the last one, where it is of the same kind and regime.
     fn continue_segment(&mut self) {}
 }

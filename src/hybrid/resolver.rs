@@ -6,6 +6,7 @@ mod at_once;
 mod chatter;
 mod compliant;
 mod hold_or_release;
+mod memory;
 mod pass_break;
 mod resting;
 mod roundings;
@@ -34,7 +35,7 @@ pub(crate) struct Unresolved {
 pub(crate) type Resolved = Result<std::result::Result<(), Unresolved>>;
 
 /// What is known of contacts between two events, with its buffers; it serves one run after another.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Resolver {
     /// The orders of the roots of the guards at the start of the flight.
     pub root_orders: RootOrders,
@@ -77,6 +78,19 @@ pub(crate) struct Resolver {
     reclosings: AtOnce,
     /// The last impacts, of a run that keeps them, in debug builds.
     impacts: Vec<Impact>,
+    /// The states of elements that are known where a run begins.
+    pub given: ElementStates,
+    /// Elements whose places the start left open: they are taken to relax from where the body is.
+    pub assumed: Vec<usize>,
+    /// What was known before impacts that accumulate were completed only as far as the run goes.
+    pub before_cut: Option<Box<Self>>,
+}
+
+/// The states of the elements of a scene that give way, and the places of those that relax.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct ElementStates {
+    pub regime: Regime,
+    pub places: Vec<(usize, f64)>,
 }
 
 impl Resolver {
@@ -87,7 +101,13 @@ impl Resolver {
         start: (&DVector<f64>, &DVector<f64>),
         recorder: &mut R,
     ) -> Resolved {
-        let n_stops = flow.system().n_stops();
+        self.forget(flow.system());
+        self.begin(flow, start, recorder)
+    }
+
+    /// Knows nothing yet of a system.
+    fn forget<Y: HybridSystem + ?Sized>(&mut self, system: &Y) {
+        let n_stops = system.n_stops();
         for numbers in [
             &mut self.sizes,
             &mut self.reaches,
@@ -98,7 +118,6 @@ impl Resolver {
             numbers.resize(n_stops, 0.0);
         }
         self.root_orders = RootOrders::none(n_stops);
-        let system = flow.system();
         self.compliant.clear();
         self.compliant
             .extend((0..n_stops).filter(|&i| !system.element_law(i).is_rigid()));
@@ -114,7 +133,8 @@ impl Resolver {
         self.releases.clear();
         self.reclosings.clear();
         self.impacts.clear();
-        self.begin(flow, start, recorder)
+        self.assumed.clear();
+        self.before_cut = None;
     }
 
     /// A flight begins.
@@ -166,7 +186,7 @@ impl Resolver {
     }
 
     /// The regime of all elements.
-    fn regime_now(&self) -> Regime {
+    pub fn regime_now(&self) -> Regime {
         self.regime.holding_instead(&self.held)
     }
 

@@ -1,5 +1,6 @@
 //! The orders of the roots that guards have where a flight begins.
 
+use crate::hybrid::pen::Pen;
 use crate::law::{Guard, GuardKind};
 use std::ops::{Index, IndexMut};
 
@@ -25,6 +26,31 @@ impl RootOrders {
     pub fn clear(&mut self) {
         self.by_element.fill(0);
         self.others.clear();
+    }
+
+    /// Puts them down, or takes them up.
+    pub fn carry(&mut self, pen: &mut Pen) {
+        pen.counts(&mut self.by_element);
+        let code = |kind: GuardKind| GuardKind::ALL.iter().position(|own| *own == kind);
+        let own = self.others.iter();
+        let own = own.map(|(guard, order)| [guard.element, code(guard.kind).unwrap_or(0), *order]);
+        let mut others: Vec<[usize; 3]> = own.collect();
+        pen.list(&mut others, |pen, own| {
+            own.iter_mut().for_each(|number| pen.count(number))
+        });
+        self.others.clear();
+        for [element, code, order] in others {
+            match GuardKind::ALL.get(code) {
+                Some(&kind) => self.others.push((Guard { element, kind }, order)),
+                None => pen.lose(),
+            }
+        }
+    }
+
+    /// Whether they are those of a scene of so many elements.
+    pub fn are_of(&self, n_elements: usize) -> bool {
+        let mut others = self.others.iter();
+        self.by_element.len() == n_elements && others.all(|own| own.0.element < n_elements)
     }
 
     /// By elements, where all are free.

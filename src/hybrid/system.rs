@@ -195,6 +195,8 @@ pub(crate) trait Holding {
     fn raise(&mut self, _stop: usize) -> Result<()> {
         Ok(())
     }
+    /// Puts elements that are about to relax at their places.
+    fn set_places(&mut self, _places: &[(usize, f64)]) {}
     /// Enters a regime; gaps that it keeps closed, and their speeds, are made exact zeros.
     fn enter(&mut self, regime: &Regime) -> Result<()>;
     /// Completes the impacts on the first of some stops, which is about to be struck, that accumulate (theory 9) while the others are

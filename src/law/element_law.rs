@@ -158,10 +158,19 @@ impl Law {
 
     /// Whether it goes back to its place by itself, in a time.
     pub(crate) fn relaxes(&self) -> bool {
+        self.has_state(ElementState::Relaxing)
+    }
+
+    /// Whether its element may be in a state.
+    pub(crate) fn has_state(&self, state: ElementState) -> bool {
         let (law, pressed) = (self.by_state(), ElementState::Pressed);
-        let relaxes = Outcome::Enters(ElementState::Relaxing);
         let mut guards = law.guards(pressed).iter();
-        guards.any(|guard| law.outcome(pressed, *guard) == relaxes)
+        match state {
+            ElementState::Free => true,
+            ElementState::Held => self.may_hold(),
+            ElementState::Pressed => !self.is_rigid(),
+            _ => guards.any(|guard| law.outcome(pressed, *guard) == Outcome::Enters(state)),
+        }
     }
 
     /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.

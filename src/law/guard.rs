@@ -24,6 +24,18 @@ pub(crate) enum GuardKind {
 }
 
 impl GuardKind {
+    /// All of them, in the order in which they are written as plain numbers.
+    pub const ALL: [Self; 8] = [
+        Self::Gap,
+        Self::Approach,
+        Self::Force,
+        Self::Excess,
+        Self::Push,
+        Self::Pull,
+        Self::Distance,
+        Self::Place,
+    ];
+
     /// What is zero from where this one has fallen to zero, or was below it, on, in the state that follows, with the number of its derivatives,
     /// itself one of them, that are: the place of an element that relaxes begins where the body is, and, the force being zero, with its speed;
     /// what was held has no speed, and, its force being that of the next state, no acceleration.

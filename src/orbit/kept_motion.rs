@@ -81,6 +81,7 @@ impl PeriodicOrbit {
             scene: self.scene(),
             impacts: self.impacts(),
             contact_impulses: &self.contact_impulses,
+            accumulations: &[],
         }
     }
 

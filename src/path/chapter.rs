@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::impact::Impact;
 use crate::model::Scene;
 use crate::path::impulses::Impulses;
+use crate::path::parts::AccumulationStart;
 use crate::path::path::Path;
 use std::sync::OnceLock;
 
@@ -15,6 +16,8 @@ pub(crate) struct PathChapter<'a> {
     pub impacts: &'a [Impact],
     /// What the stops in contact on each segment of the path give [N s], shape `(n_contacts,)` each, integrated when first asked for.
     pub contact_impulses: &'a OnceLock<Vec<Vec<f64>>>,
+    /// Where impacts began to accumulate, of a path that has gaps.
+    pub accumulations: &'a [AccumulationStart],
 }
 
 impl<'a> PathChapter<'a> {

@@ -9,6 +9,7 @@ use crate::observer::unless_broken_off;
 use crate::path::chapter::PathChapter;
 use crate::path::equations::PathEquations;
 use crate::path::fading::Fading;
+use crate::path::parts::AccumulationStart;
 use crate::path::quadrature::each_node;
 use crate::path::segments::ImpactSide;
 use crate::root::golden_section;
@@ -42,6 +43,51 @@ pub struct ContactRecord {
 }
 
 impl ContactRecord {
+    /// As plain numbers, in the order of its fields.
+    pub(crate) fn written(&self) -> [f64; 10] {
+        [
+            self.stop as f64,
+            self.start,
+            self.end,
+            self.phase,
+            self.speed_before,
+            self.speed_after,
+            self.impulse,
+            self.peak_force,
+            self.peak_approach,
+            self.loss,
+        ]
+    }
+
+    /// One that was written.
+    pub(crate) fn read(
+        [
+            stop,
+            start,
+            end,
+            phase,
+            speed_before,
+            speed_after,
+            impulse,
+            peak_force,
+            peak_approach,
+            loss,
+        ]: [f64; 10],
+    ) -> Self {
+        Self {
+            stop: stop as usize,
+            start,
+            end,
+            phase,
+            speed_before,
+            speed_after,
+            impulse,
+            peak_force,
+            peak_approach,
+            loss,
+        }
+    }
+
     /// An impact.
     fn of_impact(impact: &Impact) -> Self {
         let &Impact {
@@ -141,6 +187,10 @@ pub(crate) fn contacts_along(
     (span, is_closed): ((f64, f64), bool),
     phase: &dyn Fn(f64) -> f64,
 ) -> Result<Vec<ContactRecord>> {
+    if chapters.iter().all(|own| own.path.parts.arcs.is_empty()) {
+        let each = chapters.iter().flat_map(|own| own.impacts);
+        return Ok(each.map(ContactRecord::of_impact).collect());
+    }
     let mut impacts: Vec<ContactRecord> = Vec::new();
     for chapter in chapters {
         impacts.extend(impact_records(chapter)?);
@@ -369,12 +419,15 @@ impl<'a> ContactsAlong<'a> {
     fn complete_ends(&self, own: &mut ContactRecord, arcs: Range<usize>) -> Result<()> {
         let path = self.chapter.path;
         let last = path.parts.arcs.len().checked_sub(2);
-        let before = arcs.start.checked_sub(1);
+        let before = arcs
+            .start
+            .checked_sub(1)
+            .filter(|_| path.parts.follows(arcs.start));
         if let Some(before) = before.or(last.filter(|_| self.is_closed)) {
             let (regime, span) = (path.regime_of(before), path.arc(before).span);
             own.speed_before = self.push(before, regime, span)?.speed;
         }
-        if arcs.end < path.parts.arcs.len() {
+        if path.parts.follows(arcs.end) {
             own.speed_after = -self.push(arcs.end, path.regime_of(arcs.end), 0.0)?.speed;
         }
         Ok(())
@@ -393,6 +446,10 @@ impl<'a> ContactsAlong<'a> {
             // Low bounces on a seat push no harder than its preload.
             if self.equations.contacts()[self.stop].law.is_rigid() {
                 own.peak_force = f64::INFINITY;
+            }
+            let began = |all: &&AccumulationStart| all.0 == own.start && all.1 == self.stop;
+            if let Some(known) = self.chapter.accumulations.iter().find(began) {
+                own.speed_before = known.2;
             }
         } else if !is_hit(own.start) {
             own.speed_before = 0.0;

@@ -34,6 +34,14 @@ pub(crate) enum Evaluator {
 const QUARTIC: usize = 4;
 
 impl Evaluator {
+    /// The same with the motions in regimes that a run has met.
+    pub fn with_regimes(mut self, all: &[Arc<RegimeMotion>]) -> Self {
+        if let Self::Exact { regimes, .. } = &mut self {
+            *regimes = all.to_vec();
+        }
+        self
+    }
+
     /// How many numbers an arc in a regime has for n degrees of freedom.
     #[inline]
     pub fn width(&self, regime: &Regime, n: usize) -> usize {

@@ -30,7 +30,7 @@ pub(crate) use impulses::{Window, check_order};
 pub(crate) use motion::KeptMotion;
 pub use motion::Motion;
 pub(crate) use outputs::Located;
-pub(crate) use parts::{PathArc, PathParts, PathPoint, PathSegment};
+pub(crate) use parts::{AccumulationStart, PathArc, PathParts, PathPoint, PathSegment};
 pub(crate) use path::{Path, check_time};
 pub(crate) use segments::Stretch;
 pub use segments::{ImpactSide, RegimeRow, Segment};

@@ -38,6 +38,14 @@ pub(crate) trait KeptMotion {
     fn kept_samples(&self) -> Option<&Samples> {
         None
     }
+    /// Its chapters as far as its contacts are read from them.
+    fn contact_chapters(&self) -> Result<Vec<PathChapter<'_>>> {
+        self.chapters()
+    }
+    /// Its contacts, of one that was saved with them and without its motion.
+    fn kept_contacts(&self) -> Option<&[ContactRecord]> {
+        None
+    }
     /// All that a stop gives, in a window or all along.
     fn impulse_in(&self, stop: usize, window: Option<(f64, f64)>) -> Result<f64>;
     /// The phase of the forcing [rad] as a function of time.
@@ -257,11 +265,14 @@ pub trait Motion: KeptMotion {
     /// impacts that accumulate with which that begins.
     ///
     /// # Errors
-    /// A trajectory that does not keep its motion; what the functions of a nonlinear scene report.
+    /// A trajectory of which the end alone is kept; what the functions of a nonlinear scene report.
     fn contacts(&self) -> Result<Vec<ContactRecord>> {
+        if let Some(known) = self.kept_contacts() {
+            return Ok(known.to_vec());
+        }
         let phase = self.forcing_phase();
         let motion = (self.span(), self.is_closed());
-        contacts_along(&self.chapters()?, motion, &*phase)
+        contacts_along(&self.contact_chapters()?, motion, &*phase)
     }
 
     /// The regimes, one after the other: the state of each element of the scene along each.

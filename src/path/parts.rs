@@ -49,7 +49,12 @@ pub(crate) struct PathParts {
     /// The numbers from which the arcs can be evaluated, one arc after the other, as many for each arc of a segment: shape `(n_numbers,)`,
     /// [mixed]; their meaning and units are those of [`Evaluator`](crate::path::Evaluator).
     pub numbers: Vec<f64>,
+    /// Whether there may be arcs between them that are not kept.
+    pub has_gaps: bool,
 }
+
+/// Where impacts on a stop begin to accumulate: the time, the stop and its approach speed.
+pub(crate) type AccumulationStart = (f64, usize, f64);
 
 impl PathSegment {
     /// The element whose impacts accumulate along it: it is the rest of them.
@@ -78,6 +83,21 @@ impl PathParts {
         motion.write(&mut self.numbers);
     }
 
+    /// Adds an arc that is a later part of another one.
+    pub fn push_later(&mut self, span: &ArcSpan, write: impl FnOnce(&mut Vec<f64>)) {
+        self.arcs.push(PathArc {
+            clock: span.start,
+            span: span.span,
+        });
+        write(&mut self.numbers);
+    }
+
+    /// Takes back a segment that has no arcs.
+    pub fn take_back(&mut self) {
+        let count = self.arcs.len();
+        self.segments.pop_if(|last| last.first == count);
+    }
+
     /// The segment that an arc belongs to.
     pub fn segment_of(&self, arc: usize) -> &PathSegment {
         let later = self.segments.partition_point(|s| s.first <= arc);
@@ -88,6 +108,18 @@ impl PathParts {
     pub fn numbers_of(&self, segment: &PathSegment, arc: usize, width: usize) -> &[f64] {
         let start = segment.offset + (arc - segment.first) * width;
         &self.numbers[start..start + width]
+    }
+
+    /// Whether an arc begins where the one before it ends.
+    pub fn follows(&self, arc: usize) -> bool {
+        let Some((before, own)) = arc
+            .checked_sub(1)
+            .and_then(|k| Some((self.arcs.get(k)?, self.arcs.get(arc)?)))
+        else {
+            return false;
+        };
+        let (end, start) = (before.clock.after(before.span).time(), own.clock.time());
+        !self.has_gaps || (end - start).abs() <= 4.0 * f64::EPSILON * start.abs()
     }
 
     /// The arcs of a segment.

@@ -34,7 +34,11 @@ impl Path {
         let mut all = Vec::with_capacity(parts.segments.len());
         for (k, segment) in parts.segments.iter().enumerate() {
             let range = parts.arcs_of(k);
-            let (arcs, next) = (&parts.arcs[range.clone()], parts.arcs.get(range.end));
+            let arcs = &parts.arcs[range.clone()];
+            let next = parts
+                .arcs
+                .get(range.end)
+                .filter(|_| parts.follows(range.end));
             let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
                 continue;
             };
@@ -55,8 +59,11 @@ impl Path {
             });
         }
         // The last one ends with the run, of which its clock knows the time to rounding.
-        if let Some(last) = all.last_mut() {
-            last.end = self.span.1;
+        let end = self.span.1;
+        let is_rounding = |t: f64| (t - end).abs() <= 4.0 * f64::EPSILON * end.abs();
+        let is_last = |last: &&mut Stretch<'_>| !parts.has_gaps || is_rounding(last.end);
+        if let Some(last) = all.last_mut().filter(is_last) {
+            last.end = end;
         }
         all
     }

@@ -27,6 +27,7 @@ mod made;
 mod modal;
 mod model;
 mod motion;
+mod motion_state;
 mod named;
 mod objective;
 mod options;
@@ -78,6 +79,8 @@ mod _core {
         PyHarmonic, PyLinearSystem, PyLoad, PyNewton, PyNonlinearStop, PyNonlinearSystem,
         PyPendulumChain, PyScene, PySignal, PySpring, PyStop, PyWall, paper_scene, paper_system,
     };
+    #[pymodule_export]
+    use super::motion_state::{_restore_state, PyMotionState};
     #[pymodule_export]
     use super::objective::{_check_entry, _derivatives_but_multipliers, _objective_at};
     #[pymodule_export]

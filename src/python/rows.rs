@@ -46,6 +46,20 @@ static CONTACTS: RowType = RowType::new(&[
     ("loss", "f8"),
 ]);
 
+static CONTACTS_OF_RUNS: RowType = RowType::new(&[
+    ("run", "i8"),
+    ("stop", "i8"),
+    ("start", "f8"),
+    ("end", "f8"),
+    ("phase", "f8"),
+    ("speed_before", "f8"),
+    ("speed_after", "f8"),
+    ("impulse", "f8"),
+    ("peak_force", "f8"),
+    ("peak_approach", "f8"),
+    ("loss", "f8"),
+]);
+
 /// Impacts as a structured array.
 pub(crate) fn out_impacts<'py>(py: Python<'py>, impacts: &[Impact]) -> PyResult<Bound<'py, PyAny>> {
     IMPACT_ROWS.array(py, impacts.len(), impact_columns(py, impacts))
@@ -57,12 +71,17 @@ pub(crate) fn out_impacts_of_runs<'py>(
     runs: &[usize],
     impacts: &[Impact],
 ) -> PyResult<Bound<'py, PyAny>> {
+    let runs = run_column(py, runs);
+    let [a, b, c, d, e, f] = impact_columns(py, impacts);
+    IMPACTS_OF_RUNS.array(py, impacts.len(), [runs, a, b, c, d, e, f])
+}
+
+/// The numbers of runs.
+fn run_column<'py>(py: Python<'py>, runs: &[usize]) -> Bound<'py, PyAny> {
     let runs = runs
         .iter()
         .map(|&run| i64::try_from(run).unwrap_or(i64::MAX));
-    let runs = runs.collect::<Vec<i64>>().into_pyarray(py).into_any();
-    let [a, b, c, d, e, f] = impact_columns(py, impacts);
-    IMPACTS_OF_RUNS.array(py, impacts.len(), [runs, a, b, c, d, e, f])
+    runs.collect::<Vec<i64>>().into_pyarray(py).into_any()
 }
 
 fn impact_columns<'py>(py: Python<'py>, impacts: &[Impact]) -> [Bound<'py, PyAny>; 6] {
@@ -140,6 +159,21 @@ pub(crate) fn out_contacts<'py>(
     py: Python<'py>,
     contacts: &[ContactRecord],
 ) -> PyResult<Bound<'py, PyAny>> {
+    CONTACTS.array(py, contacts.len(), contact_columns(py, contacts))
+}
+
+/// Contacts of many runs, each with the number of its run, as a structured array.
+pub(crate) fn out_contacts_of_runs<'py>(
+    py: Python<'py>,
+    runs: &[usize],
+    contacts: &[ContactRecord],
+) -> PyResult<Bound<'py, PyAny>> {
+    let runs = run_column(py, runs);
+    let [a, b, c, d, e, f, g, h, i, j] = contact_columns(py, contacts);
+    CONTACTS_OF_RUNS.array(py, contacts.len(), [runs, a, b, c, d, e, f, g, h, i, j])
+}
+
+fn contact_columns<'py>(py: Python<'py>, contacts: &[ContactRecord]) -> [Bound<'py, PyAny>; 10] {
     let stops = contacts
         .iter()
         .map(|own| i64::try_from(own.stop).unwrap_or(i64::MAX))
@@ -148,7 +182,7 @@ pub(crate) fn out_contacts<'py>(
         let values: Vec<f64> = contacts.iter().map(of).collect();
         values.into_pyarray(py).into_any()
     };
-    let columns = [
+    [
         stops.into_pyarray(py).into_any(),
         column(&|own| own.start),
         column(&|own| own.end),
@@ -159,8 +193,7 @@ pub(crate) fn out_contacts<'py>(
         column(&|own| own.peak_force),
         column(&|own| own.peak_approach),
         column(&|own| own.loss),
-    ];
-    CONTACTS.array(py, contacts.len(), columns)
+    ]
 }
 
 /// Regimes as a structured array, with an entry of its state for each of some elements.

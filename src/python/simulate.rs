@@ -3,11 +3,13 @@
 use crate::python::array::{times, vector};
 use crate::python::derivative;
 use crate::python::model::PyScene;
+use crate::python::motion_state::PyMotionState;
 use crate::python::ramp::ramps;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt};
-use crate::simulate::{self as core, Keep, Method, SimulateOptions, Solver};
-use pyo3::exceptions::PyValueError;
+use crate::simulate::{self as core, Keep, Method, MotionState, SimulateOptions, Solver};
+use nalgebra::DVector;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// What is kept, by its name.
@@ -55,6 +57,42 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
     Ok(Solver { method, rtol, atol })
 }
 
+/// Where a run begins.
+enum GivenStart {
+    Plain(DVector<f64>, DVector<f64>),
+    State(MotionState),
+}
+
+/// The start of a run and its span: a position, a velocity and a span, or a state and a span, which comes in the second place or by name.
+fn start(
+    q0: &Bound<'_, PyAny>,
+    v0: Option<&Bound<'_, PyAny>>,
+    t_span: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(GivenStart, (f64, f64))> {
+    if let Ok(state) = q0.cast::<PyMotionState>() {
+        let (Some(given), None) = (v0.or(t_span), v0.and(t_span)) else {
+            return Err(PyTypeError::new_err(
+                "simulate() is given a state, which takes the place of q0 and v0: simulate(scene, state, t_span)",
+            ));
+        };
+        return Ok((GivenStart::State(state.get().0.clone()), span(given)?));
+    }
+    let missing: Vec<&str> = [("'v0'", v0), ("'t_span'", t_span)]
+        .iter()
+        .filter_map(|(name, value)| value.is_none().then_some(*name))
+        .collect();
+    let (Some(v0), Some(t_span)) = (v0, t_span) else {
+        let plural = if missing.len() > 1 { "s" } else { "" };
+        return Err(PyTypeError::new_err(format!(
+            "simulate() missing {} required positional argument{plural}: {}",
+            missing.len(),
+            missing.join(" and ")
+        )));
+    };
+    let plain = GivenStart::Plain(vector("q0", q0)?, vector("v0", v0)?);
+    Ok((plain, span(t_span)?))
+}
+
 /// Simulates a scene from (q0, v0) over a span of time.
 ///
 /// A linear scene flies in closed form from impact to impact; others are integrated, every contact located.
@@ -64,9 +102,9 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// scene : Scene
 ///     What moves: linear or not.
 /// q0, v0 : array_like, shape (n,)
-///     Position and velocity at the start.
+///     Position and velocity at the start. In their place the ``state`` of another run: ``simulate(scene, state, t_span)`` goes on from it.
 /// t_span : pair of float
-///     Start and end [s].
+///     Start and end [s]; with a state, from its time on.
 /// method : {"auto", "exact", "taylor", "rk45", "dop853", "radau"}, default "auto"
 ///     "exact": closed-form flights, linear scenes only; "taylor": Taylor series whose order grows with the digits asked for, a
 ///     DoublePendulum or a PendulumChain with stops and walls; any scene: "rk45", the Runge-Kutta pair of orders 5 and 4 of Dormand
@@ -87,7 +125,7 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// t_eval : array_like, shape (m,), optional
 ///     Times at which the motion is wanted, ascending.
 /// keep : {"motion", "impacts", "final"}, default "motion"
-///     What is kept: the whole motion; the impacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
+///     What is kept: the whole motion; the impacts and contacts (and ``t_eval``); the final state (and ``t_eval``) in constant memory.
 /// max_impacts : int, optional
 ///     The run ends after this many impacts.
 /// ramp : Ramp, or sequence of Ramp, optional
@@ -112,7 +150,8 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// ValueError
 ///     Arrays of the wrong shape or not finite, a span that runs backwards, a start deeper inside a stop than its margin,
 ///     ``method="exact"`` for a nonlinear scene, or along a steady ramp of what acts on it, a motion that grows beyond the doubles;
-///     a ramp of a number that the scene does not have, or over a value that it may not take, two ramps of one number.
+///     a ramp of a number that the scene does not have, or over a value that it may not take, two ramps of one number; a state of a
+///     scene with other elements or of another size, a span that does not begin at its time.
 /// TypeError
 ///     An argument of a wrong type.
 ///
@@ -134,6 +173,12 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// (a segment "stick") and let go when its contact force falls through zero; several stops at one instant are resolved by
 /// complementarity. What cannot be resolved, such as a jam, ends the run with status "unresolved_contact" and the reason in
 /// ``message``; a search for contacts that cannot be certified, such as that of a gap that jumps, with "uncertain".
+///
+/// From the state of a run of the same scene exact flights go on, by the same tolerances, to the bit as a run that was not interrupted:
+/// impacts, contacts, the motion at ``t_eval`` and at the end; in between on the flight that was under way but for the rounding of its last
+/// digits. Steps begin anew, with a length of their own, and agree to the tolerances; so does a run of a scene with other numbers, or by other
+/// tolerances. Each element goes on in its state. What (q0, v0) leaves open ``message`` says where it matters: a stop that relaxes is taken
+/// to do so from where the body is.
 ///
 /// Ctrl-C is answered within 0.2 s, but for one piece of work: in exact flights the first lasting contact of n coordinates
 /// that are damped takes an eigenproblem of order 2 n, at 200 of them a second or more.
@@ -159,14 +204,14 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// >>> {name: own.round(9).tolist() for name, own in run.derivatives.items()}
 /// {'clearance': [1.5, 0.0], 'restitution': [-3.0, -2.0]}
 #[pyfunction]
-#[pyo3(signature = (scene, q0, v0, t_span, *, method="auto", rtol=1e-9, atol=None, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false))]
+#[pyo3(signature = (scene, q0, v0=None, t_span=None, *, method="auto", rtol=1e-9, atol=None, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false), text_signature = "(scene, q0, v0, t_span, *, method='auto', rtol=1e-09, atol=None, t_eval=None, keep='motion', max_impacts=None, ramp=None, derivatives=None, progress=False)")]
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     q0: &Bound<'_, PyAny>,
-    v0: &Bound<'_, PyAny>,
-    t_span: &Bound<'_, PyAny>,
+    v0: Option<&Bound<'_, PyAny>>,
+    t_span: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::method)] method: &str,
     #[pyo3(from_py_with = argument::rtol)] rtol: f64,
     #[pyo3(from_py_with = argument::atol)] atol: Option<f64>,
@@ -177,8 +222,8 @@ pub(crate) fn simulate(
     derivatives: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = argument::progress)] progress: bool,
 ) -> PyResult<PyTrajectory> {
-    let (t_span, max_impacts) = (span(t_span)?, count("max_impacts", max_impacts)?);
-    let (q0, v0) = (vector("q0", q0)?, vector("v0", v0)?);
+    let (start, t_span) = start(q0, v0, t_span)?;
+    let max_impacts = count("max_impacts", max_impacts)?;
     let t_eval = t_eval.map(|t| times("t_eval", t)).transpose()?.map(|t| t.0);
     let options = SimulateOptions {
         solver: solver(method, rtol, atol)?,
@@ -198,8 +243,9 @@ pub(crate) fn simulate(
             "derivatives are asked for, which need keep=\"motion\" and no ramp",
         ));
     }
-    let core = interrupt::run(py, progress, || {
-        core::simulate(model, &q0, &v0, t_span, &options)
+    let core = interrupt::run(py, progress, || match &start {
+        GivenStart::Plain(q0, v0) => core::simulate(model, q0, v0, t_span, &options),
+        GivenStart::State(state) => core::simulate_from(model, state, t_span, &options),
     })?;
     let Some(names) = names else {
         return Ok(PyTrajectory::new(core));

@@ -1,7 +1,6 @@
 //! Existence maps and ensembles in Python: whole on threads, or in tiles that any executor can take.
 
 use crate::error::Error;
-use crate::impact::Impact;
 use crate::model::{Parameter, Scene};
 use crate::orbit::Pattern;
 use crate::python::answered::called_here;
@@ -12,7 +11,7 @@ use crate::python::options::{Engine, Options};
 use crate::python::pattern::pattern;
 use crate::python::ramp::ramps;
 use crate::python::record::{Field, fields};
-use crate::python::rows::out_impacts_of_runs;
+use crate::python::rows::{out_contacts_of_runs, out_impacts_of_runs};
 use crate::python::simulate::{count, keep, span};
 use crate::python::text::shown;
 use crate::python::{argument, interrupt};
@@ -226,11 +225,18 @@ pub(crate) fn _simulate_rows<'py>(
         }
         _ => (ends.q.field(py)?, ends.v.field(py)?),
     };
-    let runs = ends.impacts.iter().zip(first..);
-    let runs = runs.flat_map(|(own, run)| own.iter().map(move |impact| (run, *impact)));
-    let (runs, impacts): (Vec<usize>, Vec<Impact>) = runs.unzip();
+    let (runs, impacts) = by_runs(&ends.impacts, first);
     let impacts = out_impacts_of_runs(py, &runs, &impacts)?;
-    Ok(fields!(py, ends => n_impacts status; q: q; v: v; impacts: impacts))
+    let (runs, contacts) = by_runs(&ends.contacts, first);
+    let contacts = out_contacts_of_runs(py, &runs, &contacts)?;
+    Ok(fields!(py, ends => n_impacts status; q: q; v: v; impacts: impacts; contacts: contacts))
+}
+
+/// What happens in each of some runs, run after run, with the numbers of the runs.
+fn by_runs<T: Copy>(each: &[Vec<T>], first: usize) -> (Vec<usize>, Vec<T>) {
+    let runs = each.iter().zip(first..);
+    let runs = runs.flat_map(|(own, run)| own.iter().map(move |part| (run, *part)));
+    runs.unzip()
 }
 
 /// Rows of states, or one of them, which may be given without its axis.

@@ -6,6 +6,7 @@ use crate::python::array::{matrix, out_matrix, out_vector, times};
 use crate::python::derivative::OfRun;
 use crate::python::model::PyScene;
 use crate::python::motion::{motion_class, out_values};
+use crate::python::motion_state::PyMotionState;
 use crate::python::ramp::{PyRamp, ramps};
 use crate::python::rows::out_grazes;
 use crate::python::run_facts::PyStats;
@@ -169,8 +170,15 @@ motion_class! { PyTrajectory as "trajectory" |own| own.core; (t=None): Option<&B
         (out_vector(py, q), out_vector(py, v))
     }
 
-    /// Time at which the run ended [s], that of ``final``, with every ``keep``: the run goes on with
-    /// ``simulate(scene, *run.final, (run.t_end, later))``, in the same phase of the forcing; after a ramp with the numbers reached, and the
+    /// All that a run goes on from, at its end, with every ``keep``: ``simulate(scene, run.state, (run.t_end, later))`` goes on as one that
+    /// was not interrupted.
+    #[getter]
+    fn state(&self) -> PyMotionState {
+        PyMotionState(self.core.last_state())
+    }
+
+    /// Time at which the run ended [s], that of ``final`` and ``state``, with every ``keep``: the run goes on with
+    /// ``simulate(scene, run.state, (run.t_end, later))``, in the same phase of the forcing; after a ramp with the numbers reached, and the
     /// phase that ``phase(run.t_end)`` is, in ``scene``.
     #[getter]
     fn t_end(&self) -> f64 {
@@ -262,6 +270,10 @@ motion_class! { PyTrajectory as "trajectory" |own| own.core; (t=None): Option<&B
         numbers.set_item("chapters", saved.chapters)?;
         numbers.set_item("ramp", self.ramp(py)?)?;
         numbers.set_item("until", saved.ramps.1)?;
+        numbers.set_item("left", saved.left)?;
+        if let Some(contacts) = saved.contacts {
+            numbers.set_item("contacts", contacts)?;
+        }
         if let Some(OfRun {
             by,
             is_of_end,
@@ -351,6 +363,14 @@ pub(crate) fn _restore_trajectory(
         ramps: {
             let ramp = saved.get_item("ramp")?.filter(|ramp| !ramp.is_none());
             (ramps(ramp.as_ref())?, get(saved, "until")?)
+        },
+        left: match saved.get_item("left")? {
+            Some(left) => argument::saved("left", &left)?,
+            None => None,
+        },
+        contacts: match saved.get_item("contacts")? {
+            Some(contacts) => argument::saved("contacts", &contacts)?,
+            None => None,
         },
         samples,
     };

@@ -4,6 +4,7 @@ use crate::error::{Failure, Result};
 use crate::flow::steps::State;
 use crate::flow::{BatchMotion, SeriesOf};
 use crate::hybrid::clock::Clock;
+use crate::hybrid::recorder::Recorder;
 use crate::hybrid::{AnyLoop, Arrival, HybridFlow, IntegratedFlow, Present, SeriesStep, Taylor};
 use crate::model::{Dynamics, PhysicalState};
 use crate::observer::Observer;
@@ -58,7 +59,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
         &mut self,
         mut items: impl Iterator<Item = usize>,
         start: impl Fn(usize) -> PhysicalState,
-        put: &mut dyn FnMut(usize, Option<Done>),
+        put: &mut dyn FnMut(usize, Option<Done>) -> Result<()>,
     ) -> std::result::Result<(), Failure> {
         let (t0, t_end) = self.t_span;
         for lane in &mut self.lanes {
@@ -75,7 +76,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
                     match lane.begin(&start(item), t0) {
                         Err(error) if error.is_about("q0") => {
                             lane.item = None;
-                            put(item, None);
+                            put(item, None).map_err(|error| (item, error))?;
                         }
                         ended => lane.put_down(ended, put)?,
                     }
@@ -116,7 +117,7 @@ impl<'a, S: State, D: Dynamics, const K: usize> Batch<'a, S, D, K> {
 impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     fn new(run: Run<'a, IntegratedFlow<'a, S, D, Taylor>>) -> Self {
         Self {
-            record: Record::new(run.options, run.n_dof),
+            record: run.new_record(),
             run,
             item: None,
             flight: None,
@@ -150,6 +151,10 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
             match events.depart(flow.system(), end, options) {
                 ControlFlow::Break(ending) => return Ok(Some(ending)),
                 ControlFlow::Continue((span, _)) if flow.system.is_free() => {
+                    if self.record.wanted().arcs {
+                        // Behind a contact.
+                        flow.record_instant(None, &mut self.record)?;
+                    }
                     self.flight = Some(LaneFlight {
                         goal: flow.system.clock().after(span),
                         is_new: true,
@@ -206,20 +211,19 @@ impl<'a, S: State, D: Dynamics> LaneRun<'a, S, D> {
     fn put_down(
         &mut self,
         ended: Result<Option<Ending>>,
-        put: &mut dyn FnMut(usize, Option<Done>),
+        put: &mut dyn FnMut(usize, Option<Done>) -> Result<()>,
     ) -> std::result::Result<(), Failure> {
         let item = self.item.unwrap_or_default();
         let Some(ending) = ended.map_err(|error| (item, error))? else {
             return Ok(());
         };
-        let record = Record::new(self.run.options, self.run.n_dof);
+        let record = self.run.new_record();
         let record = std::mem::replace(&mut self.record, record);
         let done = self
             .run
             .finish(ending, record)
             .map_err(|error| (item, error))?;
         self.item = None;
-        put(item, Some(done));
-        Ok(())
+        put(item, Some(done)).map_err(|error| (item, error))
     }
 }

@@ -108,10 +108,10 @@ fn in_closed_form(
         phase: 0.0,
     };
     // For the phases of impacts in the records alone.
-    let (phase, n_dof) = (scene.phase(), scene.n_dof());
+    let phase = scene.phase();
     with_flow!(&*timed.flow, flow => {
         let flow = || ClosedForm::new(flow, &timed, phase, options.solver.tolerances());
-        visit(&|| Box::new(Run::new(flow(), options, n_dof)), evaluator);
+        visit(&|| Box::new(Run::new(flow(), options, scene)), evaluator);
     });
     Ok(())
 }
@@ -143,7 +143,7 @@ fn along_series<S: State, D: Dynamics + Sync, V: RunVisitor>(
     let make = || {
         let free = Taylor::new(links.clone(), scene, options.solver.rtol);
         let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
-        Run::new(flow, options, scene.n_dof())
+        Run::new(flow, options, scene)
     };
     let order = series_order(options.solver.rtol);
     visitor.visit_series(make, Evaluator::Series { order })
@@ -220,7 +220,7 @@ fn in_steps<S: State, P: AnySteps, D: Dynamics + Sync>(
     let make = || {
         let free = InSteps::<P::Choice, P::Of<S>>::new(choice);
         let flow = IntegratedFlow::<S, D, _>::new(motion, scene, options.solver.tolerances(), free);
-        Box::new(Run::new(flow, options, scene.n_dof())) as Box<AnyRun<'_>>
+        Box::new(Run::new(flow, options, scene)) as Box<AnyRun<'_>>
     };
     let degree = <P::Of<S> as Stepper<S>>::Dense::DEGREE;
     visit(&make, Evaluator::Steps { degree });

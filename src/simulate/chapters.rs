@@ -27,7 +27,7 @@ impl Trajectory {
             .and_then(|own| Some((own, own.path.as_ref()?)))
         else {
             let rule = "the motion is kept with keep=\"motion\" alone: what there is of this run is its last state, the states at t_eval, and its \
-                        impacts with keep=\"impacts\"";
+                        impacts and contacts with keep=\"impacts\"";
             return Err(Error::bad_value("keep", "\"impacts\" or \"final\"", rule));
         };
         Ok(PathChapter {
@@ -35,7 +35,29 @@ impl Trajectory {
             scene: self.scene_of(chapter),
             impacts: self.impacts_of(chapter),
             contact_impulses: &own.contact_impulses,
+            accumulations: &[],
         })
+    }
+
+    /// Its chapters as far as contacts are read from them.
+    ///
+    /// # Errors
+    /// A trajectory of which the end alone is kept.
+    pub(super) fn chapters_in_contact(&self) -> Result<Vec<PathChapter<'_>>> {
+        let mut all = Vec::with_capacity(self.chapters.len());
+        for (k, own) in self.chapters.iter().enumerate() {
+            all.push(match &own.contacts {
+                Some((path, accumulations)) => PathChapter {
+                    path,
+                    scene: self.scene_of(k),
+                    impacts: self.impacts_of(k),
+                    contact_impulses: &own.contact_impulses,
+                    accumulations,
+                },
+                None => self.kept(k)?,
+            });
+        }
+        Ok(all)
     }
 
     /// The chapter that a time is in; where two meet, that of a side.

@@ -4,7 +4,8 @@ use crate::error::Result;
 use crate::hybrid::clock::Clock;
 use crate::hybrid::system::Present;
 use crate::hybrid::{
-    Arrival, HybridFlow, HybridSystem, Resolver, RootOrders, Unresolved, is_one_instant,
+    Arrival, ElementStates, FlowMemory, HybridFlow, HybridSystem, Pen, Resolver, RootOrders,
+    Unresolved, is_one_instant,
 };
 use crate::observer::Observer;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
@@ -34,6 +35,8 @@ pub(crate) struct EventLoop {
     n_flights: usize,
     /// Impacts of the run before this part of it.
     pub n_before: usize,
+    /// Where the last flight began, of a run that ended before impacts that accumulate had been completed.
+    cut: Option<(Box<Resolver>, FlowMemory)>,
 }
 
 impl EventLoop {
@@ -45,6 +48,7 @@ impl EventLoop {
         options: &SimulateOptions,
         record: &mut Record,
     ) -> Result<Ending> {
+        self.cut = None;
         let system = flow.system();
         let goal = system.clock().at(t_end);
         let mut observer = Observer::at(system.clock().time());
@@ -69,6 +73,9 @@ impl EventLoop {
             if let Some(ending) = self.arrive(system, arrival, t_end, record)? {
                 return Ok(ending);
             }
+            if let Some(before) = self.resolver.before_cut.take() {
+                self.cut = flow.departed().map(|memory| (before, memory));
+            }
             if record.monitor.is_done {
                 return Ok(self.ended(now, Status::Finished));
             }
@@ -82,11 +89,67 @@ impl EventLoop {
         (q0, v0, t0): (&DVector<f64>, &DVector<f64>, f64),
         record: &mut Record,
     ) -> Result<Option<Ending>> {
-        self.n_flights = 0;
-        (self.break_ahead, self.is_at_break) = (None, false);
-        self.events_at = (t0, 0, 0);
+        self.restart(t0);
         let begun = self.resolver.start(flow, (q0, v0), record)?;
         Ok(begun.err().map(|unresolved| unresolved_at(unresolved, t0)))
+    }
+
+    /// Counts from a time on.
+    fn restart(&mut self, t: f64) {
+        self.n_flights = 0;
+        (self.break_ahead, self.is_at_break) = (None, false);
+        self.events_at = (t, 0, 0);
+    }
+
+    /// The states of elements that are known where a run begins.
+    pub fn give(&mut self, elements: &ElementStates) {
+        self.resolver.given.clone_from(elements);
+    }
+
+    /// The states of elements where a run has ended.
+    pub fn elements<M: HybridFlow + ?Sized>(&self, flow: &M) -> ElementStates {
+        ElementStates {
+            regime: self.resolver.regime_now(),
+            places: flow.places(),
+        }
+    }
+
+    /// Where the flight began in which a run ended, as plain numbers.
+    pub fn flight<M: HybridFlow + ?Sized>(&mut self, flow: &M, status: Status) -> Option<Vec<f64>> {
+        let mut pen = Pen::Writes(Vec::new());
+        let mut memory = match (status, self.cut.take()) {
+            (Status::Finished, Some((mut resolver, memory))) => {
+                resolver.carry(&mut pen);
+                memory
+            }
+            (status, _) => {
+                let memory = match status {
+                    Status::Finished => flow.departed(),
+                    Status::MaxImpacts => flow.present(),
+                    _ => None,
+                };
+                self.resolver.carry(&mut pen);
+                memory?
+            }
+        };
+        memory.carry(&mut pen);
+        Some(pen.written())
+    }
+
+    /// Goes where that flight began; whether the numbers are those of one.
+    pub fn go_back<M: HybridFlow + ?Sized>(
+        &mut self,
+        flow: &mut M,
+        flight: &[f64],
+    ) -> Result<bool> {
+        let (mut pen, mut memory) = (Pen::reading(flight), FlowMemory::default());
+        let is_its = self.resolver.take_up(flow.system(), &mut pen);
+        memory.carry(&mut pen);
+        if !(is_its && pen.is_at_end() && flow.go_back(&memory, &self.resolver.regime_now())?) {
+            return Ok(false);
+        }
+        self.restart(flow.system().clock().time());
+        Ok(true)
     }
 
     /// The counts of the run so far.
@@ -224,6 +287,11 @@ impl EventLoop {
         } else {
             format!("reached t = {time} with {counted}")
         };
+        for element in &self.resolver.assumed {
+            message.push_str(&format!(
+                "; stop {element} was taken to relax from where the body began, since position and velocity do not say its place"
+            ));
+        }
         if self.resolver.n_inelastic > 0 {
             message.push_str(&format!(
                 "; at {} instants the stops hit together came to no end, and were taken without restitution",

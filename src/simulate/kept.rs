@@ -1,7 +1,7 @@
 //! The chapters of a run (`schedule.rs`) as a trajectory keeps them: one where there is no ramp.
 
 use crate::model::Ramp;
-use crate::path::Path;
+use crate::path::{AccumulationStart, Path};
 use crate::simulate::schedule::Schedule;
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -11,6 +11,8 @@ use std::sync::OnceLock;
 pub(crate) struct KeptChapter {
     /// The motion, if it is kept.
     pub path: Option<Path>,
+    /// What its contacts are read from, where the motion is not kept: the parts of it in contact, and where impacts began to accumulate.
+    pub contacts: Option<(Path, Vec<AccumulationStart>)>,
     /// The impulses of the stops in contact on each segment of the path, computed when first asked for: for each segment shape
     /// `(n_contacts,)`, [N s].
     pub contact_impulses: OnceLock<Vec<Vec<f64>>>,

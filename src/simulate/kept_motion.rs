@@ -5,7 +5,8 @@ use crate::hybrid::clock::Clock;
 use crate::impact::{Impact, wrapped};
 use crate::model::Scene;
 use crate::path::{
-    ImpactSide, KeptMotion, Located, Motion, PathChapter, Samples, Window, check_time,
+    ContactRecord, ImpactSide, KeptMotion, Located, Motion, PathChapter, Samples, Window,
+    check_time,
 };
 use crate::simulate::trajectory::Trajectory;
 
@@ -29,6 +30,14 @@ impl KeptMotion for Trajectory {
     fn chapters(&self) -> Result<Vec<PathChapter<'_>>> {
         self.kept(0)?;
         (0..self.chapters.len()).map(|k| self.kept(k)).collect()
+    }
+
+    fn contact_chapters(&self) -> Result<Vec<PathChapter<'_>>> {
+        self.chapters_in_contact()
+    }
+
+    fn kept_contacts(&self) -> Option<&[ContactRecord]> {
+        self.contacts.as_deref()
     }
 
     fn place(&self, t: f64, side: ImpactSide) -> Result<(usize, Located)> {

@@ -11,7 +11,7 @@ pub enum Keep {
     /// Every flight: the motion can be asked for at any time.
     #[default]
     Motion,
-    /// The impacts, and the motion at `t_eval`.
+    /// The impacts and the contacts, and the motion at `t_eval`.
     Impacts,
     /// The final state, and the motion at `t_eval`: constant memory.
     Final,

@@ -25,12 +25,9 @@ pub(crate) struct RunPiece {
 
 impl RunPiece {
     /// Its motion, that n coordinates make.
-    pub fn path(&mut self, mut evaluator: Evaluator, n_dof: usize) -> Path {
-        if let Evaluator::Exact { regimes, .. } = &mut evaluator {
-            regimes.clone_from(&self.regimes);
-        }
+    pub fn path(&mut self, evaluator: Evaluator, n_dof: usize) -> Path {
         Path {
-            evaluator,
+            evaluator: evaluator.with_regimes(&self.regimes),
             parts: std::mem::take(&mut self.parts),
             span: self.span,
             n_dof,
@@ -48,12 +45,13 @@ impl AnyRun<'_> {
         every: Option<f64>,
         take: &mut dyn FnMut(RunPiece) -> Result<()>,
     ) -> Result<Ending> {
-        let mut record = Record::new(self.options, self.n_dof);
+        let mut record = self.new_record();
         let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {
             events,
             options,
             n_dof,
+            has_sides,
             flow,
         } = self;
         let mut from = start;
@@ -79,12 +77,12 @@ impl AnyRun<'_> {
             if is_last && ended.status != Status::Finished {
                 flow.record_last(ended.time, &mut record)?;
             }
-            let whole = std::mem::replace(&mut record, Record::new(options, *n_dof));
-            let (impacts, grazes, _, parts) = whole.finish();
+            let whole = std::mem::replace(&mut record, Record::new(options, (*n_dof, *has_sides)));
+            let whole = whole.finish();
             take(RunPiece {
-                impacts,
-                grazes,
-                parts: parts.unwrap_or_default(),
+                impacts: whole.impacts,
+                grazes: whole.grazes,
+                parts: whole.kept.unwrap_or_default(),
                 regimes: flow.told().2,
                 span: (from, ended.time),
             })?;

@@ -5,7 +5,8 @@ use crate::hybrid::{Graze, SegmentKind};
 use crate::impact::Impact;
 use crate::law::Regime;
 use crate::observer::is_broken_off;
-use crate::path::{PathParts, PathSegment, Samples};
+use crate::path::{AccumulationStart, PathParts, PathSegment, Samples};
+use crate::simulate::contact_parts::ContactParts;
 use crate::simulate::monitor::MonitorSlot;
 use crate::simulate::options::{Keep, SimulateOptions};
 use nalgebra::DMatrix;
@@ -17,11 +18,24 @@ pub(crate) struct Record {
     pub impacts: Vec<Impact>,
     grazes: Vec<Graze>,
     kept: Option<PathParts>,
+    contacts: Option<ContactParts>,
     samples: Option<Sampler>,
     /// What inspects the run while it goes on, and may end it.
     pub monitor: MonitorSlot,
     /// Whether the next segment is a part of the last one.
     goes_on: bool,
+    /// The time at which the run begins, of one that goes the flight again in which it does: what came before is known.
+    pub since: f64,
+}
+
+/// What has been kept of a run that has ended.
+pub(crate) struct Recorded {
+    pub impacts: Vec<Impact>,
+    pub grazes: Vec<Graze>,
+    pub samples: Option<Samples>,
+    pub kept: Option<PathParts>,
+    /// What its contacts are read from, of a run that keeps its impacts alone.
+    pub contacts: Option<(PathParts, Vec<AccumulationStart>)>,
 }
 
 /// The motion at the times asked for, filled in flight by flight.
@@ -33,8 +47,8 @@ struct Sampler {
 }
 
 impl Record {
-    /// An empty record for a motion of n coordinates.
-    pub fn new(options: &SimulateOptions, n: usize) -> Self {
+    /// An empty record for a motion of n coordinates; whether what comes before contacts counts.
+    pub fn new(options: &SimulateOptions, (n, has_sides): (usize, bool)) -> Self {
         let sampler = |times: &Vec<f64>| Sampler {
             times: times.clone(),
             next: 0,
@@ -46,9 +60,53 @@ impl Record {
             impacts: Vec::new(),
             grazes: Vec::new(),
             kept: (options.keep == Keep::Motion).then(PathParts::default),
+            contacts: (options.keep == Keep::Impacts).then(|| ContactParts::new(has_sides)),
             samples: options.t_eval.as_ref().map(sampler),
             monitor: MonitorSlot::default(),
             goes_on: false,
+            since: f64::NEG_INFINITY,
+        }
+    }
+
+    /// The part of an arc from where the run begins on, and how far along it that begins; none of one that ends before.
+    fn from_start(&self, arc: &ArcSpan) -> Option<(ArcSpan, f64)> {
+        if arc.start.time() >= self.since {
+            return Some((*arc, 0.0));
+        }
+        let end = arc.start.after(arc.span);
+        (end.time() > self.since || arc.last.is_some()).then(|| {
+            let start = arc.start.at(self.since);
+            let span = start.until(end).max(0.0);
+            let local = arc.start.until(start).min(arc.span);
+            (
+                ArcSpan {
+                    start,
+                    span,
+                    ..*arc
+                },
+                local,
+            )
+        })
+    }
+
+    /// Keeps what is wanted of an arc.
+    fn keep_arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
+        if let Some((part, local)) = self.from_start(arc) {
+            let mut write = |numbers: &mut Vec<f64>| {
+                if local > 0.0 {
+                    motion.write_later(local, numbers);
+                } else {
+                    motion.write(numbers);
+                }
+            };
+            if let Some(kept) = &mut self.kept {
+                kept.push_later(&part, &mut write);
+            }
+            if let Some(contacts) = &mut self.contacts {
+                contacts.push(&part, &mut write);
+            }
+        } else if let Some(kept) = &mut self.kept {
+            kept.take_back();
         }
     }
 
@@ -101,8 +159,8 @@ impl Record {
         });
     }
 
-    /// The samples taken, fewer than asked for where the run ended early.
-    pub fn finish(self) -> (Vec<Impact>, Vec<Graze>, Option<Samples>, Option<PathParts>) {
+    /// What has been kept; samples are fewer than asked for where the run ended early.
+    pub fn finish(self) -> Recorded {
         let taken = |mut s: Sampler| {
             s.times.truncate(s.next);
             (
@@ -111,12 +169,13 @@ impl Record {
                 s.v.resize_vertically(s.next, 0.0),
             )
         };
-        (
-            self.impacts,
-            self.grazes,
-            self.samples.map(taken),
-            self.kept,
-        )
+        Recorded {
+            impacts: self.impacts,
+            grazes: self.grazes,
+            samples: self.samples.map(taken),
+            kept: self.kept,
+            contacts: self.contacts.map(ContactParts::finish),
+        }
     }
 }
 
@@ -124,12 +183,19 @@ impl Recorder for Record {
     fn wanted(&self) -> Wanted {
         Wanted {
             events: self.keep != Keep::Final,
-            arcs: self.kept.is_some() || self.samples.is_some() || self.monitor.monitor.is_some(),
+            arcs: self.kept.is_some()
+                || self.samples.is_some()
+                || self.monitor.monitor.is_some()
+                || self.contacts.as_ref().is_some_and(ContactParts::wants_free),
+            contacts: self.contacts.is_some(),
         }
     }
 
     fn begin_segment(&mut self, kind: SegmentKind, regime: &Regime) {
         let goes_on = std::mem::take(&mut self.goes_on);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.begin(kind, regime, goes_on);
+        }
         if let Some(kept) = &mut self.kept {
             let is_same = |last: &PathSegment| last.kind == kind && last.regime == *regime;
             if !(goes_on && kept.segments.last().is_some_and(is_same)) {
@@ -140,6 +206,15 @@ impl Recorder for Record {
 
     fn impact(&mut self, impact: Impact) {
         self.impacts.push(impact);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.note_impact();
+        }
+    }
+
+    fn accumulation(&mut self, time: f64, stop: usize, approach: f64) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.note_accumulation((time, stop, approach));
+        }
     }
 
     fn continue_segment(&mut self) {
@@ -151,14 +226,13 @@ impl Recorder for Record {
         let is_sampled =
             |&t: &f64| t < start.after(*span).time() || last.is_some_and(|last| t <= last);
         self.kept.is_some()
+            || self.contacts.as_ref().is_some_and(ContactParts::wants_arc)
             || next().is_some_and(is_sampled)
             || self.monitor.wants_before(start.after(*span).time())
     }
 
     fn arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
-        if let Some(kept) = &mut self.kept {
-            kept.push(arc, motion);
-        }
+        self.keep_arc(arc, motion);
         self.sample(arc, motion);
         self.inspect_arc(arc, motion);
     }
@@ -168,6 +242,8 @@ impl Recorder for Record {
     }
 
     fn graze(&mut self, graze: Graze) {
-        self.grazes.push(graze);
+        if graze.time > self.since {
+            self.grazes.push(graze);
+        }
     }
 }

@@ -7,13 +7,15 @@ use crate::hybrid::{Graze, SegmentKind, regime_motions};
 use crate::impact::{Impact, wrapped};
 use crate::law::Regime;
 use crate::model::Scene;
-use crate::path::{Evaluator, Path, PathArc, PathParts, PathSegment};
+use crate::path::{ContactRecord, Evaluator, Motion, Path, PathArc, PathParts, PathSegment};
 use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::motion_state::Left;
 use crate::simulate::options::{Stats, Status};
 use crate::simulate::saved::{SavedMotion, SavedTrajectory};
 use crate::simulate::saved_rules::{check, check_arcs, check_chapters, check_finite};
 use crate::simulate::schedule::Schedule;
 use crate::simulate::trajectory::Trajectory;
+use crate::tolerance::TIME_TOL;
 use nalgebra::DVector;
 use std::sync::{Arc, OnceLock};
 
@@ -68,6 +70,8 @@ impl Trajectory {
                 own.map(|own| (own.span.0, own.span.1, own.impacts.start))
                     .collect()
             },
+            left: Some(self.left.save()),
+            contacts: self.saved_contacts(),
             samples: self.samples.clone(),
         }
     }
@@ -106,11 +110,16 @@ impl Trajectory {
                 path: motion
                     .map(|motion| path(own, (start, end), motion))
                     .transpose()?,
+                contacts: None,
                 contact_impulses: OnceLock::new(),
                 span: (start, end),
                 impacts: first..last,
             });
         }
+        let left = match saved.left {
+            Some(left) => Left::restore(scene, left)?,
+            None => Left::of_path(chapters.last().and_then(|own| own.path.as_ref())),
+        };
         let &[
             n_rhs,
             n_steps,
@@ -168,8 +177,44 @@ impl Trajectory {
                 n_contacts,
                 atol: saved.atol,
             },
+            left,
+            contacts: saved
+                .contacts
+                .map(|all| read_contacts(scene, saved.span, &all))
+                .transpose()?,
         })
     }
+
+    /// Its contacts as plain numbers, where the motion from which they follow is not kept.
+    fn saved_contacts(&self) -> Option<Vec<f64>> {
+        let is_apart = |own: &KeptChapter| own.contacts.is_some();
+        let are_known = self.contacts.is_some() || self.chapters.iter().any(is_apart);
+        let rows = are_known.then(|| self.contacts().ok()).flatten()?;
+        Some(rows.iter().flat_map(ContactRecord::written).collect())
+    }
+}
+
+/// The contacts that were saved.
+fn read_contacts(
+    scene: &Scene,
+    (start, end): (f64, f64),
+    numbers: &[f64],
+) -> Result<Vec<ContactRecord>> {
+    let (rows, rest) = numbers.as_chunks::<10>();
+    let n_stops = scene.stops().len() as f64;
+    let is_stop = |stop: f64| stop.fract() == 0.0 && (0.0..n_stops).contains(&stop);
+    let slack = TIME_TOL * start.abs().max(end.abs());
+    let is_within = |t: f64| t.is_nan() || (start - slack..=end + slack).contains(&t);
+    let is_one = |row: &[f64; 10]| is_stop(row[0]) && row[1..3].iter().all(|t| is_within(*t));
+    if rest.is_empty() && rows.iter().all(is_one) {
+        return Ok(rows.iter().copied().map(ContactRecord::read).collect());
+    }
+    let rule = "they must be those of stops of the scene, within the span of the run";
+    Err(Error::bad_value(
+        "the contacts of the saved trajectory",
+        "others",
+        rule,
+    ))
 }
 
 /// A motion that is kept as plain numbers.
@@ -265,6 +310,7 @@ fn kept(
             .collect(),
         segments,
         numbers,
+        has_gaps: false,
     };
     check_arcs(&kept, span)?;
     Ok(kept)

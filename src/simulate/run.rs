@@ -1,12 +1,13 @@
 //! A run: a hybrid flow through its events over a span, and what it leaves behind. All that makes and reads runs is compiled once, for
 //! flows of any kind behind a `dyn`.
 
-use crate::error::{Result, shortened};
+use crate::error::{Error, Result, shortened};
 use crate::flow::RegimeMotion;
-use crate::hybrid::{AnyLoop, Counts, HybridFlow, HybridSystem, Present};
-use crate::model::PhysicalState;
+use crate::hybrid::{AnyLoop, Counts, ElementStates, HybridFlow, HybridSystem, Present};
+use crate::model::{Constraint, PhysicalState, Scene};
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::monitor::RunMonitor;
+use crate::simulate::motion_state::Left;
 use crate::simulate::options::{SimulateOptions, Stats, Status};
 use crate::simulate::record::Record;
 use nalgebra::DVector;
@@ -55,6 +56,17 @@ pub(crate) trait EventFlow {
     fn state(&mut self) -> PhysicalState;
     /// The state moved onto the stops that it is behind, at a time.
     fn onto_stops(&mut self, start: TimedState<'_>) -> Result<PhysicalState>;
+    /// As [`EventLoop::elements`].
+    fn elements(&mut self, events: &EventLoop) -> ElementStates;
+    /// As [`EventLoop::flight`].
+    fn flight(&mut self, events: &mut EventLoop, status: Status) -> Option<Vec<f64>>;
+    /// Puts a flow at its start and then where a flight began, as [`EventLoop::go_back`].
+    fn go_back(
+        &mut self,
+        events: &mut EventLoop,
+        start: TimedState<'_>,
+        flight: &[f64],
+    ) -> Result<bool>;
     /// Counts, remarks, and the motions in other regimes than the free one, since the start.
     fn told(&self) -> (Counts, String, Vec<Arc<RegimeMotion>>);
 }
@@ -104,6 +116,25 @@ impl<M: AnyLoop> EventFlow for M {
         put_onto_stops(flow.system())
     }
 
+    fn elements(&mut self, events: &EventLoop) -> ElementStates {
+        events.elements(self.taken())
+    }
+
+    fn flight(&mut self, events: &mut EventLoop, status: Status) -> Option<Vec<f64>> {
+        events.flight(self.taken(), status)
+    }
+
+    fn go_back(
+        &mut self,
+        events: &mut EventLoop,
+        start: TimedState<'_>,
+        flight: &[f64],
+    ) -> Result<bool> {
+        let flow = self.taken();
+        flow.start(start.0, start.1, start.2);
+        events.go_back(flow, flight)
+    }
+
     fn told(&self) -> (Counts, String, Vec<Arc<RegimeMotion>>) {
         (self.counts(), self.remarks(), self.regime_motions())
     }
@@ -114,6 +145,8 @@ pub(crate) struct Run<'a, M: ?Sized> {
     pub events: EventLoop,
     pub options: &'a SimulateOptions,
     pub n_dof: usize,
+    /// Whether what comes before a contact counts: there are stops that give way, or whose reactions are not those of inertia.
+    pub has_sides: bool,
     pub flow: M,
 }
 
@@ -122,13 +155,22 @@ pub(crate) type AnyRun<'a> = Run<'a, dyn EventFlow + 'a>;
 
 impl<'a, M> Run<'a, M> {
     /// Runs along a flow.
-    pub fn new(flow: M, options: &'a SimulateOptions, n_dof: usize) -> Self {
+    pub fn new(flow: M, options: &'a SimulateOptions, scene: &Scene) -> Self {
+        let is_plain = |stop: &Constraint| stop.contact().is_rigid() && stop.reacts_by_inertia();
         Self {
             events: EventLoop::default(),
             options,
-            n_dof,
+            n_dof: scene.n_dof(),
+            has_sides: !scene.stops().iter().all(is_plain),
             flow,
         }
+    }
+}
+
+impl<M: ?Sized> Run<'_, M> {
+    /// An empty record.
+    pub fn new_record(&self) -> Record {
+        Record::new(self.options, (self.n_dof, self.has_sides))
     }
 }
 
@@ -145,7 +187,7 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
         v0: &DVector<f64>,
         t_span: (f64, f64),
     ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
+        let mut record = self.new_record();
         let ending = if let Some(ending) = self.begin((q0, v0, t_span.0), &mut record)? {
             ending
         } else {
@@ -153,6 +195,42 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
                 .go_on(&mut self.events, t_span.1, self.options, &mut record)?
         };
         self.finish(ending, record)
+    }
+
+    /// A run that goes on, to a time, from a state at which the flight under way is known as plain numbers.
+    ///
+    /// # Errors
+    /// Numbers that are not those of a flight of the scene.
+    pub fn go_on_from(&mut self, state: TimedState<'_>, flight: &[f64], end: f64) -> Result<Done> {
+        let mut record = self.new_record();
+        record.since = state.2;
+        let Self {
+            flow,
+            events,
+            options,
+            ..
+        } = self;
+        if !flow.go_back(events, state, flight)? {
+            let rule = "they must be those of a motion of the scene";
+            return Err(Error::bad_value("state", "with other numbers", rule));
+        }
+        let ending = flow.go_on(events, end, options, &mut record)?;
+        self.finish(ending, record)
+    }
+
+    /// What the run that has ended leaves behind for the next one.
+    pub fn left(&mut self, status: Status) -> Left {
+        let Self {
+            flow,
+            events,
+            options,
+            ..
+        } = self;
+        let flight = flow.flight(events, status);
+        Left {
+            elements: flow.elements(events),
+            flight: flight.map(|numbers| (options.solver.tolerances(), numbers)),
+        }
     }
 
     /// A run that a monitor inspects and may end. It is made in parts of a given length of time, so that no contact is sought long after the
@@ -163,7 +241,7 @@ impl<M: EventFlow + ?Sized> Run<'_, M> {
         (start, end): (f64, f64),
         (monitor, every): (Box<dyn RunMonitor>, f64),
     ) -> Result<Done> {
-        let mut record = Record::new(self.options, self.n_dof);
+        let mut record = self.new_record();
         record.monitor.monitor = Some(monitor);
         let mut ending = self.begin((q0, v0, start), &mut record)?;
         let Self {

@@ -28,9 +28,22 @@ pub struct SavedTrajectory {
     pub ramps: (Vec<Ramp>, f64),
     /// Start and end of each chapter, and the number of its first impact.
     pub chapters: Vec<(f64, f64, usize)>,
+    /// What another run goes on from; `None` of what was saved without it.
+    pub left: Option<SavedLeft>,
+    /// The contacts of a run that keeps its impacts alone, ten numbers each in the order of [`ContactRecord`](crate::ContactRecord), shape
+    /// `(10 n_contacts,)`, \[mixed\].
+    pub contacts: Option<Vec<f64>>,
     /// The samples at `t_eval`.
     pub samples: Option<Samples>,
 }
+
+/// What a run leaves behind for the next one, as plain numbers: the elements that are not free, each with its state in the digits above it;
+/// the place of each that relaxes; the tolerances and the numbers of the flight under way.
+pub type SavedLeft = (
+    Vec<usize>,
+    Vec<(usize, f64)>,
+    Option<(f64, Option<f64>, Vec<f64>)>,
+);
 
 /// A motion as plain numbers: clock reading and span of each piece; the numbers of the pieces, one after the other; name,
 /// stops and first piece of each segment; the degree of the polynomials of steps, below 8, or the order of

@@ -5,6 +5,10 @@ use crate::hybrid::clock::Clock;
 use crate::impact::wrapped;
 use crate::model::contacts;
 use crate::path::check_motion;
+use crate::simulate::method::Method;
+use crate::simulate::options::{Keep, SimulateOptions};
+use crate::simulate::simulation::simulate_from;
+use crate::simulate::solver::Solver;
 use crate::simulate::trajectory::Trajectory;
 use crate::tolerance::KEPT_AGREES;
 use nalgebra::DVector;
@@ -37,8 +41,29 @@ impl Trajectory {
                 return Err(refused("the last state", found, rule));
             }
         }
+        self.check_flight()?;
         self.check_phases()?;
         self.check_law()
+    }
+
+    /// The flight from which another run goes on leads to the last state.
+    fn check_flight(&self) -> Result<()> {
+        let Some((tolerances, _)) = &self.left.flight else {
+            return Ok(());
+        };
+        let solver = Solver {
+            method: Method::Exact,
+            rtol: tolerances.relative,
+            atol: tolerances.absolute,
+        };
+        let (options, t) = (SimulateOptions::by(solver, Keep::Final), self.t_end());
+        let again = simulate_from(&self.scene, &self.last_state(), (t, t), &options)?;
+        if agree(&again.last.0, &self.last.0) && agree(&again.last.1, &self.last.1) {
+            return Ok(());
+        }
+        let found = format!("{:?}", again.last.0.as_slice());
+        let rule = "it must lead to the last state";
+        Err(refused("the last flight", found, rule))
     }
 
     /// Phases of impacts follow from their times.

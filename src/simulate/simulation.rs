@@ -1,6 +1,7 @@
 //! `simulate`: from a scene and a state to a trajectory.
 
 use crate::error::{Error, Result};
+use crate::hybrid::ElementStates;
 use crate::linalg::singular::overflow;
 use crate::model::Scene;
 use crate::observer::ProgressRange;
@@ -9,7 +10,8 @@ use crate::quantity::{finite_vector, room_for};
 use crate::simulate::by_method::{RunMaker, RunVisitor, visit_runs};
 use crate::simulate::gathered::Gathered;
 use crate::simulate::kept::Ramped;
-use crate::simulate::method::check_jacobian;
+use crate::simulate::method::{Method, check_jacobian};
+use crate::simulate::motion_state::{Left, MotionState};
 use crate::simulate::options::SimulateOptions;
 use crate::simulate::run::Done;
 use crate::simulate::schedule::Schedule;
@@ -65,6 +67,65 @@ pub fn simulate(
 ) -> Result<Trajectory> {
     finite_vector("q0", q0, scene.n_dof())?;
     finite_vector("v0", v0, scene.n_dof())?;
+    let start = RunStart {
+        state: (q0, v0),
+        elements: &ElementStates::default(),
+        flight: None,
+    };
+    run_from(scene, start, t_span, options)
+}
+
+/// Goes on from the state in which a run has ended, over a span of time that begins there.
+///
+/// Exact flights of the same scene, by the same tolerances, go on to the bit as a run that was not interrupted: impacts, contacts, states at
+/// `t_eval` and at the end. The motion in between has the same digits but for the rounding of its last ones on the flight that was under
+/// way, which is kept from the start of the run on. Runs in steps begin anew from position and velocity, with a step length of their own; so
+/// do runs of other scenes or by other tolerances, with each element in its state.
+///
+/// # Errors
+/// As [`simulate`]; a state that does not fit the scene, a span that does not begin at its time.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::{Kind, PaperOptions, SimulateOptions, paper_scene, simulate, simulate_from};
+/// use nalgebra::dvector;
+/// let scene = paper_scene(Kind::Three, &PaperOptions::default())?;
+/// let (q0, v0, options) = (dvector![0.0, 0.0], dvector![0.0, 0.1], SimulateOptions::default());
+/// let first = simulate(&scene, &q0, &v0, (0.0, 20.0), &options)?;
+/// let rest = simulate_from(&scene, &first.last_state(), (20.0, 50.0), &options)?;
+/// let whole = simulate(&scene, &q0, &v0, (0.0, 50.0), &options)?;
+/// assert_eq!(rest.last(), whole.last());
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn simulate_from(
+    scene: &Scene,
+    state: &MotionState,
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+) -> Result<Trajectory> {
+    state.check(scene)?;
+    if t_span.0 != state.time() {
+        let value = format!("{t_span:?}");
+        let rule = format!("it must begin at the time of the state, {}", state.time());
+        return Err(Error::bad_value("t_span", value, rule));
+    }
+    let tolerances = options.solver.tolerances();
+    let is_exact = options.solver.method.chosen_for(scene) == Method::Exact;
+    let start = RunStart {
+        state: (state.q(), state.v()),
+        elements: &state.left.elements,
+        flight: state.flight_of(scene, tolerances).filter(|_| is_exact),
+    };
+    run_from(scene, start, t_span, options)
+}
+
+/// A run from what is known at its start.
+fn run_from(
+    scene: &Scene,
+    start: RunStart<'_>,
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+) -> Result<Trajectory> {
     options.check(t_span)?;
     scene.check_span(t_span)?;
     let n_samples = options.t_eval.as_ref().map_or(0, Vec::len);
@@ -74,13 +135,13 @@ pub fn simulate(
         Error::bad_value("t_span", format!("{t_span:?}"), rule)
     };
     let _range = ProgressRange::over(t_span.0, t_span.1);
-    check_jacobian(options.solver.method, scene, t_span.0, (q0, v0))?;
+    check_jacobian(options.solver.method, scene, t_span.0, start.state)?;
     let fly = |scene: &Scene, options: &SimulateOptions, one: OneRun<'_>| {
         visit_runs(scene, options, one).map_err(|e| if e == overflow() { beyond() } else { e })
     };
     if options.ramps.is_empty() {
         let one = OneRun {
-            start: (q0, v0),
+            start,
             t_span,
             n_impacts: 0,
         };
@@ -94,11 +155,17 @@ pub fn simulate(
         schedule: Schedule::new(scene, &options.ramps, t_span)?,
     });
     let mut whole = Gathered::new(scene, Some(Arc::clone(&ramped)));
+    let (q0, v0) = start.state;
     let mut state = (q0.clone(), v0.clone());
+    let mut elements = start.elements.clone();
     for chapter in &ramped.schedule.chapters {
         let own = options.of_chapter(scene, chapter.span, t_span.1)?;
         let one = OneRun {
-            start: (&state.0, &state.1),
+            start: RunStart {
+                state: (&state.0, &state.1),
+                elements: &elements,
+                flight: None,
+            },
             t_span: chapter.span,
             n_impacts: whole.n_impacts(),
         };
@@ -113,31 +180,43 @@ pub fn simulate(
             break;
         }
         state.clone_from(whole.last());
+        elements.clone_from(whole.elements());
     }
     whole.finish().ok_or_else(beyond)
 }
 
+/// What is known where a run begins.
+struct RunStart<'s> {
+    state: (&'s DVector<f64>, &'s DVector<f64>),
+    elements: &'s ElementStates,
+    /// The flight that is under way.
+    flight: Option<&'s [f64]>,
+}
+
 /// One run, kept as the options say.
 struct OneRun<'s> {
-    start: (&'s DVector<f64>, &'s DVector<f64>),
+    start: RunStart<'s>,
     t_span: (f64, f64),
     /// Impacts before it.
     n_impacts: usize,
 }
 
 impl RunVisitor for OneRun<'_> {
-    type Output = (Evaluator, Done);
+    type Output = (Evaluator, Done, Left);
 
     const BY_EXACT_FLIGHTS: &'static str = "simulate with method=\"exact\"";
 
-    fn visit(self, make: &RunMaker<'_, '_>, mut evaluator: Evaluator) -> Result<(Evaluator, Done)> {
-        let (q0, v0) = self.start;
+    fn visit(self, make: &RunMaker<'_, '_>, evaluator: Evaluator) -> Result<Self::Output> {
+        let (q0, v0) = self.start.state;
         let mut run = make();
         run.events.n_before = self.n_impacts;
-        let done = run.run(q0, v0, self.t_span)?;
-        if let Evaluator::Exact { regimes, .. } = &mut evaluator {
-            regimes.clone_from(&done.regimes);
-        }
-        Ok((evaluator, done))
+        let done = if let Some(flight) = self.start.flight {
+            run.go_on_from((q0, v0, self.t_span.0), flight, self.t_span.1)?
+        } else {
+            run.events.give(self.start.elements);
+            run.run(q0, v0, self.t_span)?
+        };
+        let left = run.left(done.ending.status);
+        Ok((evaluator.with_regimes(&done.regimes), done, left))
     }
 }

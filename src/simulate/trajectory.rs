@@ -3,7 +3,9 @@
 use crate::hybrid::Graze;
 use crate::impact::Impact;
 use crate::model::{PhysicalState, Scene};
+use crate::path::ContactRecord;
 use crate::simulate::kept::{KeptChapter, Ramped};
+use crate::simulate::motion_state::{Left, MotionState};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -23,6 +25,9 @@ pub struct Trajectory {
     pub(crate) status: Status,
     pub(crate) message: String,
     pub(crate) stats: Stats,
+    pub(crate) left: Left,
+    /// Its contacts, of a run that was saved with them and without its motion.
+    pub(crate) contacts: Option<Vec<ContactRecord>>,
 }
 
 impl Trajectory {
@@ -44,6 +49,17 @@ impl Trajectory {
     /// Position and velocity at the end of the run.
     pub fn last(&self) -> (&DVector<f64>, &DVector<f64>) {
         (&self.last.0, &self.last.1)
+    }
+
+    /// All that a run goes on from, at its end: [`simulate_from`](crate::simulate_from) goes on from it as one that was not interrupted.
+    pub fn last_state(&self) -> MotionState {
+        MotionState {
+            scene: self.scene.clone(),
+            time: self.span.1,
+            q: self.last.0.clone(),
+            v: self.last.1.clone(),
+            left: self.left.clone(),
+        }
     }
 
     /// The time at which the run began and the one at which it ended.

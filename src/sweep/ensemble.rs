@@ -6,12 +6,12 @@ use crate::flow::steps::State;
 use crate::impact::Impact;
 use crate::model::{Dynamics, PhysicalState, Scene};
 use crate::observer::ProgressRange;
-use crate::path::{Evaluator, Samples};
+use crate::path::{ContactRecord, Evaluator, Motion, Samples};
 use crate::quantity::room_for;
 use crate::simulate::method::check_jacobian;
 use crate::simulate::{
     AnyRun, Batch, Done, Keep, RunMaker, RunVisitor, SeriesRun, SimulateOptions, Status,
-    Trajectory, simulate, visit_runs,
+    Trajectory, simulate, visit_runs, whole_run,
 };
 use crate::sweep::tiles::{SweepOptions, fill, fill_tiles};
 use nalgebra::{DMatrix, DVector};
@@ -82,6 +82,8 @@ pub struct Ensemble {
     pub status: Vec<Status>,
     /// The impacts of each trajectory with `Keep::Impacts`, empty lists without; shape `(k,)`.
     pub impacts: Vec<Vec<Impact>>,
+    /// The contacts of each trajectory with `Keep::Impacts`, empty lists without; shape `(k,)`.
+    pub contacts: Vec<Vec<ContactRecord>>,
     /// Times, positions and velocities of each trajectory at `t_eval`, as far as it went; `None` without.
     pub samples: Option<Vec<Samples>>,
 }
@@ -94,6 +96,7 @@ struct TrajectoryEnd {
     n_impacts: usize,
     status: Status,
     impacts: Vec<Impact>,
+    contacts: Vec<ContactRecord>,
     samples: Option<Samples>,
 }
 
@@ -175,6 +178,7 @@ fn simulate_rows(
         n_impacts: 0,
         status: Status::Finished,
         impacts: Vec::new(),
+        contacts: Vec::new(),
         samples: None,
     };
     let mut ends = vec![nothing; k];
@@ -188,6 +192,7 @@ fn simulate_rows(
                 check_jacobian(options.solver.method, scene, t_span.0, (&q0, &v0))?;
             }
             let runs = ManyRuns {
+                scene,
                 ends: &mut ends,
                 start,
                 t_span,
@@ -206,7 +211,7 @@ fn simulate_rows(
                 match run {
                     Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
                     run => run
-                        .map(TrajectoryEnd::of_trajectory)
+                        .and_then(TrajectoryEnd::of_trajectory)
                         .map_err(|e| of_row(i, e)),
                 }
             };
@@ -223,12 +228,17 @@ fn simulate_rows(
             let none = || (Vec::new(), DMatrix::zeros(0, n), DMatrix::zeros(0, n));
             samples.map(|own| own.unwrap_or_else(none)).collect()
         }),
+        contacts: ends
+            .iter_mut()
+            .map(|e| std::mem::take(&mut e.contacts))
+            .collect(),
         impacts: ends.into_iter().map(|e| e.impacts).collect(),
     })
 }
 
 /// Many runs, of which the ends are kept.
 struct ManyRuns<'s> {
+    scene: &'s Scene,
     ends: &'s mut [TrajectoryEnd],
     start: (&'s DMatrix<f64>, &'s DMatrix<f64>),
     t_span: (f64, f64),
@@ -241,14 +251,14 @@ impl RunVisitor for ManyRuns<'_> {
     const BY_EXACT_FLIGHTS: &'static str = "simulate_many with method=\"exact\"";
 
     /// Fills the ends, each thread with a run of its own.
-    fn visit(self, make: &RunMaker<'_, '_>, _: Evaluator) -> Result<()> {
-        let (q0, v0) = self.start;
+    fn visit(self, make: &RunMaker<'_, '_>, evaluator: Evaluator) -> Result<()> {
+        let ((q0, v0), of) = (self.start, (self.scene, &evaluator, self.t_span.0));
         let work = |run: &mut Box<AnyRun<'_>>, i: usize| {
             let (q0, v0) = (row(q0, i), row(v0, i));
             match run.run(&q0, &v0, self.t_span) {
                 Err(error) if error.is_about("q0") => Ok(TrajectoryEnd::inside((q0, v0))),
                 done => done
-                    .map(TrajectoryEnd::of)
+                    .and_then(|done| TrajectoryEnd::of(done, of))
                     .map_err(|error| of_row(i, error)),
             }
         };
@@ -261,14 +271,15 @@ impl RunVisitor for ManyRuns<'_> {
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
         evaluator: Evaluator,
     ) -> Result<()> {
-        // A batch keeps no arcs from which samples could be taken.
-        if make().options.t_eval.is_some() {
+        // A batch keeps no arcs from which samples could be taken, or what comes before contacts.
+        let run = make();
+        if run.options.t_eval.is_some() || (run.options.keep == Keep::Impacts && run.has_sides) {
             return self.visit(&|| Box::new(make()), evaluator);
         }
         if registers::width() < 8 {
-            self.fill_batches::<4, _, _>(make)
+            self.fill_batches::<4, _, _>(make, &evaluator)
         } else {
-            self.fill_batches::<8, _, _>(make)
+            self.fill_batches::<8, _, _>(make, &evaluator)
         }
     }
 }
@@ -278,16 +289,18 @@ impl ManyRuns<'_> {
     fn fill_batches<'a, const K: usize, S: State, D: Dynamics + 'a>(
         self,
         make: impl Fn() -> SeriesRun<'a, S, D> + Sync,
+        evaluator: &Evaluator,
     ) -> Result<()> {
-        let (q0, v0) = self.start;
+        let ((q0, v0), of) = (self.start, (self.scene, evaluator, self.t_span.0));
         let work = |runs: &mut Batch<'a, S, D, K>, first: usize, slots: &mut [TrajectoryEnd]| {
             let start = |i: usize| (row(q0, first + i), row(v0, first + i));
             let n = slots.len();
             let mut put = |i: usize, done: Option<Done>| {
                 slots[i] = match done {
-                    Some(done) => TrajectoryEnd::of(done),
+                    Some(done) => TrajectoryEnd::of(done, of)?,
                     None => TrajectoryEnd::inside(start(i)),
-                }
+                };
+                Ok(())
             };
             let done = runs.run(0..n, start, &mut put);
             done.map_err(|(i, error)| (first + i, of_row(first + i, error)))
@@ -307,30 +320,52 @@ fn of_row(i: usize, error: Error) -> Error {
     error.at(format_args!("row {i}"))
 }
 
+/// What a run that keeps its impacts has recorded, with its contacts.
+fn recorded_with_contacts(
+    done: Done,
+    (scene, evaluator, start): (&Scene, &Evaluator, f64),
+) -> Result<(Vec<Impact>, Vec<ContactRecord>, Option<Samples>)> {
+    let evaluator = evaluator.clone().with_regimes(&done.regimes);
+    let run = whole_run(scene, start, (evaluator, done));
+    let contacts = run.contacts()?;
+    Ok((run.impacts, contacts, run.samples))
+}
+
 impl TrajectoryEnd {
-    fn of(done: Done) -> Self {
-        let (q, v) = done.last;
-        let (impacts, _, samples, _) = done.record.finish();
-        Self {
+    /// That of a run of a scene from a time on, whose arcs an evaluator reads.
+    fn of(done: Done, (scene, evaluator, start): (&Scene, &Evaluator, f64)) -> Result<Self> {
+        let (status, n_impacts) = (done.ending.status, done.stats.n_impacts);
+        let (q, v) = done.last.clone();
+        let (impacts, contacts, samples) = if done.record.keep == Keep::Impacts {
+            recorded_with_contacts(done, (scene, evaluator, start))?
+        } else {
+            let own = done.record.finish();
+            (own.impacts, Vec::new(), own.samples)
+        };
+        Ok(Self {
             q,
             v,
-            n_impacts: done.stats.n_impacts,
-            status: done.ending.status,
+            n_impacts,
+            status,
             impacts,
+            contacts,
             samples,
-        }
+        })
     }
 
-    fn of_trajectory(run: Trajectory) -> Self {
+    fn of_trajectory(run: Trajectory) -> Result<Self> {
+        let keeps = run.chapters.iter().any(|own| own.contacts.is_some());
+        let contacts = if keeps { run.contacts()? } else { Vec::new() };
         let (q, v) = run.last;
-        Self {
+        Ok(Self {
             q,
             v,
             n_impacts: run.stats.n_impacts,
             status: run.status,
             impacts: run.impacts,
+            contacts,
             samples: run.samples,
-        }
+        })
     }
 
     /// A start inside a stop, as it is.
@@ -341,6 +376,7 @@ impl TrajectoryEnd {
             n_impacts: 0,
             status: Status::InsideStop,
             impacts: Vec::new(),
+            contacts: Vec::new(),
             samples: None,
         }
     }

@@ -118,7 +118,7 @@ def simulate_many(
     t_eval : array_like, shape (m,), optional
         Times at which the motions are wanted, ascending.
     keep : {"final", "impacts"}, default "final"
-        Final states, in constant memory for each trajectory, or their impacts too.
+        Final states, in constant memory for each trajectory, or their impacts and contacts too.
     workers : int, Executor or callable, optional
         Threads (default: every core), a ``concurrent.futures.Executor``, or a map-like callable. A piece that fails, or
         Ctrl-C, cancels those of an executor that wait.
@@ -128,8 +128,8 @@ def simulate_many(
     Returns
     -------
     Ensemble
-        ``q``, ``v`` (k, n), or (k, m, n) with ``t_eval``; ``n_impacts``, ``status`` (k,); ``impacts``. A start inside a stop
-        has the status "inside_stop" and its state as given; the others run.
+        ``q``, ``v`` (k, n), or (k, m, n) with ``t_eval``; ``n_impacts``, ``status`` (k,); ``impacts``, ``contacts``. A start
+        inside a stop has the status "inside_stop" and its state as given; the others run.
 
     Raises
     ------
@@ -168,4 +168,4 @@ def simulate_many(
     pieces = _in_pieces(scene, q0, v0, workers) if pool.is_elsewhere(workers) else [(scene, q0, v0, 0)]
     shared = (scene if isinstance(scene, Scene) else None, t_span, options)
     parts = pool.run(_rows, shared, pieces, workers, progress=progress)
-    return Ensemble.joined(parts, **({} if keep == "impacts" else {"impacts": None}))
+    return Ensemble.joined(parts, **({} if keep == "impacts" else {"impacts": None, "contacts": None}))

@@ -22,6 +22,8 @@ class Ensemble(Record):
     impacts : ndarray or None
         With ``keep="impacts"`` those of all, run after run: structured array of run, time, stop, speed_before, speed_after,
         impulse, phase.
+    contacts : ndarray or None
+        With ``keep="impacts"`` those of all, run after run: structured array of run, then as ``Trajectory.contacts``.
     """
 
     q: NDArray[np.float64] = array("run dof", "run time dof", unit="m")
@@ -29,6 +31,7 @@ class Ensemble(Record):
     n_impacts: NDArray[np.int64] = array("run")
     status: NDArray[np.str_] = array("run")
     impacts: NDArray[np.void] | None = array("impact", default=None)
+    contacts: NDArray[np.void] | None = array("contact", default=None)
 
     def __repr__(self) -> str:
         """Say how many trajectories there are and how they ended."""

@@ -61,6 +61,12 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
         self.look().clone()
     }
 
+    fn write_later(&mut self, local: f64, numbers: &mut Vec<f64>) {
+        self.go(local);
+        self.look();
+        numbers.extend_from_slice(self.sampler.modal_state.as_flattened());
+    }
+
     fn strobe(
         &mut self,
         [first, every]: [f64; 2],
@@ -81,6 +87,7 @@ impl<F: LinearFlow> ArcMotion for FreeArc<'_, '_, F> {
 /// A motion along stops, from a position and velocity.
 pub(super) struct RegimeArc<'s> {
     pub motion: &'s RegimeMotion,
+    pub scene: &'s ModalScene,
     pub at: Moment,
     /// Position, shape `(n_dof,)`, \[m\], and velocity, shape `(n_dof,)`, \[m/s\], at the start.
     pub start: (&'s DVector<f64>, &'s DVector<f64>),
@@ -98,6 +105,12 @@ impl ArcMotion for RegimeArc<'_> {
     fn state(&mut self, local: f64) -> PhysicalState {
         self.motion
             .propagate(self.at, local, self.start.0, self.start.1)
+    }
+
+    fn write_later(&mut self, local: f64, numbers: &mut Vec<f64>) {
+        let (q, v) = self.state(local);
+        let modal_state = self.scene.form.to_modal(q.as_slice(), v.as_slice());
+        numbers.extend_from_slice(modal_state.as_flattened());
     }
 }
 
@@ -145,9 +158,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         span: f64,
         recorder: &mut dyn Recorder,
     ) {
-        if recorder.wanted().arcs {
+        if recorder.wanted().motion_in(&motion.regime) {
             let mut arc = RegimeArc {
                 motion,
+                scene: self.scene,
                 at: self.moment(),
                 start: (q, v),
                 modal_state: self.scene.form.to_modal(q.as_slice(), v.as_slice()),

@@ -3,10 +3,12 @@
 mod arcs;
 mod compliant;
 mod compliant_elements;
+mod departure;
 mod flight_sampler;
 mod impacts;
 mod kept_regimes;
 mod maps;
+mod memory;
 mod regime_flight;
 mod system;
 

@@ -4,6 +4,7 @@ use super::arcs::{RegimeArc, reported};
 use super::kept_regimes::KeptLevels;
 use super::system::{ClosedForm, is_before, is_within};
 use crate::error::Result;
+use crate::event::certified::SearchFailure;
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::levels::PropagatorLevels;
 use crate::event::next::{ContactSearch, Grazed, LATE, SearchSummary};
@@ -121,6 +122,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         recorder: &mut dyn Recorder,
         observer: &mut Observer,
     ) -> Result<Arrival> {
+        self.depart_in_regime();
         let (q, v) = self.physical();
         let at = self.moment();
         let flight = RegimeFlight {
@@ -132,21 +134,20 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             orders,
         };
         let back = self.compliant.first_back().filter(|own| own.1 <= span);
-        let back = back.map(|(element, time)| (Guard::place(element), time));
+        let back = back.map(|(element, time)| (FlightEnd::Event(Guard::place(element)), time));
         let searched = back.map_or(span, |own| own.1);
         let kept = self.regimes.levels(motion);
         let (next, seen, touches) =
             with_flow!(&motion.flow, flow => flight.next(flow, searched, kept, observer))?;
         // A search may look beyond its span.
-        let is_late = |own: &(Guard, f64)| back.is_some_and(|back| back.1 < own.1);
+        let is_late = |own: &(FlightEnd, f64)| back.is_some_and(|back| back.1 < own.1);
         let next = next.filter(|own| !is_late(own)).or(back);
         self.search.saw(&seen);
         let next = next.filter(|(_, time)| is_within(self.clock.after(*time), last));
         let time = next.map_or(span, |(_, time)| time);
         self.grazed.clear();
         if recorder.wanted().events {
-            let closed = next.filter(|(guard, _)| guard.is_gap());
-            let reached = closed.map(|(guard, _)| guard.element);
+            let reached = next.and_then(|(end, _)| end.reached());
             let (from, is_end) = (self.clock, next.is_none());
             let is_kept = |graze: &Grazed| {
                 is_before(graze, from, (reached, time)) || (is_end && graze.time <= time)
@@ -155,9 +156,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
                 recorder.graze(reported(graze, from));
             }
         }
-        if recorder.wanted().arcs {
+        if recorder.wanted().motion_in(&motion.regime) {
             let mut arc = RegimeArc {
                 motion,
+                scene: self.scene,
                 at,
                 start: (&q, &v),
                 modal_state: self.modal_state(&self.state),
@@ -175,8 +177,31 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         self.evaluate_gaps()?;
         Ok(match next {
             None => Arrival::End,
-            Some((guard, _)) => Arrival::Event { guard },
+            Some((FlightEnd::Event(guard), _)) => Arrival::Event { guard },
+            Some((FlightEnd::Doubt(stop), _)) => Arrival::Uncertain {
+                stop,
+                doubt: SearchFailure::Shallow,
+            },
         })
+    }
+}
+
+/// What ends a flight in a regime.
+#[derive(Debug, Clone, Copy)]
+enum FlightEnd {
+    /// A guard falls through zero.
+    Event(Guard),
+    /// Whether one of this element does cannot be told.
+    Doubt(usize),
+}
+
+impl FlightEnd {
+    /// The element that the body reaches.
+    fn reached(self) -> Option<usize> {
+        match self {
+            Self::Event(guard) if guard.is_gap() => Some(guard.element),
+            _ => None,
+        }
     }
 }
 
@@ -198,7 +223,7 @@ impl RegimeFlight<'_> {
         span: f64,
         kept: &mut KeptLevels,
         observer: &mut Observer,
-    ) -> Result<(Option<(Guard, f64)>, SearchSummary, Vec<Grazed>)> {
+    ) -> Result<(Option<(FlightEnd, f64)>, SearchSummary, Vec<Grazed>)> {
         let mut state = Vec::new();
         flow.state_from_modal(&self.modal_state, self.at, &mut state);
         let (guards, rows) = watched(flow, self.motion, (&self.modal_state, &state));
@@ -219,9 +244,10 @@ impl RegimeFlight<'_> {
             search.next(&state, &orders, span, &mut grazed, observer)?;
         let found = match root {
             FirstRoot::None => None,
-            FirstRoot::Undecided { at } => Some((place, at)),
+            FirstRoot::Undecided { at } => Some((FlightEnd::Doubt(guards[place].element), at)),
             FirstRoot::Crossing { at, .. } => {
-                Some(search.arrive(place, at, &state, &mut Vec::new()))
+                let (place, time) = search.arrive(place, at, &state, &mut Vec::new());
+                Some((FlightEnd::Event(guards[place]), time))
             }
         };
         // Forces that touch zero hold their stops.
@@ -235,7 +261,6 @@ impl RegimeFlight<'_> {
             })
         });
         let touches = touches.collect();
-        let found = found.map(|(place, time)| (guards[place], time));
         let gaps = guards.iter().enumerate().filter(|(_, own)| own.is_gap());
         let gaps = gaps.map(|(place, own)| (own.element, place));
         let extent = |(stop, place)| (stop, search.extent(place));
@@ -285,4 +310,64 @@ fn order_of_zero(model: &GapModel, rate: f64) -> usize {
     });
     let scale = FLAT_FORCE * natural.iter().fold(model.size, |size, c| size.max(*c));
     natural.iter().position(|c| *c > scale).unwrap_or(LATE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::TimedScene;
+    use crate::flow::characteristic_length::Tolerances;
+    use crate::hybrid::flow::HybridFlow;
+    use crate::hybrid::recorder::{ArcMotion, ArcSpan, Wanted};
+    use crate::hybrid::segment::Graze;
+    use crate::hybrid::system::Holding;
+    use crate::law::{Cushion, ElementState};
+    use crate::model::{Forcing, LinearSystem, Scene, Stop};
+    use nalgebra::{dmatrix, dvector};
+
+    /// What keeps nothing.
+    struct Nothing;
+
+    impl Recorder for Nothing {
+        fn wanted(&self) -> Wanted {
+            Wanted {
+                events: false,
+                arcs: false,
+                contacts: false,
+            }
+        }
+        fn begin_segment(&mut self, _kind: SegmentKind, _regime: &Regime) {}
+        fn wants_arc(&self, _span: &ArcSpan) -> bool {
+            false
+        }
+        fn arc(&mut self, _span: &ArcSpan, _motion: &mut dyn ArcMotion) {}
+        fn graze(&mut self, _graze: Graze) {}
+    }
+
+    #[test]
+    fn a_search_that_proves_nothing_is_no_event() {
+        let body = LinearSystem::new(dmatrix![1.0], dmatrix![0.1], dmatrix![1.0]);
+        let stop = Stop::new(0, 0.5, Cushion::law(40.0, 1.5)).expect("valid");
+        let scene = Scene::new(body.expect("valid"), Forcing::Unforced, [stop]).expect("valid");
+        let timed = TimedScene::of(&scene, "the test").expect("linear");
+        let tolerances = Tolerances {
+            relative: 1e-9,
+            absolute: None,
+        };
+        with_flow!(&*timed.flow, f => {
+            let mut flow = ClosedForm::new(f, &timed, 0.0, tolerances);
+            flow.start(&dvector![0.5], &dvector![1.0], 0.0);
+            flow.evaluate_gaps().expect("regular");
+            let pressed = Regime::default().with(0, ElementState::Pressed);
+            flow.enter(&pressed).expect("regular");
+            let advance = |flow: &mut ClosedForm<'_, _>| {
+                let (mut orders, mut observer) = (RootOrders::none(1), Observer::default());
+                orders[0] = 1;
+                flow.advance_to_event(&orders, 9.0, 9.0, &mut Nothing, &mut observer)
+            };
+            flow.state[0][0] = f64::NAN;
+            let doubt = SearchFailure::Shallow;
+            assert_eq!(advance(&mut flow).expect("regular"), Arrival::Uncertain { stop: 0, doubt });
+        });
+    }
 }

@@ -2,6 +2,7 @@
 //! gaps and their margins, the impact of one stop, chatter completed.
 
 use super::compliant_elements::CompliantElements;
+use super::departure::Departure;
 use super::flight_sampler::FlightSampler;
 use super::kept_regimes::KeptRegimes;
 use crate::error::Result;
@@ -13,6 +14,7 @@ use crate::flow::steps::Tolerance;
 use crate::flow::{GuardDerivatives, LinearFlow, ModalScene, RegimeMotion, TimedScene, along};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{AnyLoop, Arrival, Counts, HybridFlow};
+use crate::hybrid::memory::FlowMemory;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::system::{
@@ -62,8 +64,10 @@ pub(crate) struct ClosedForm<'a, F: LinearFlow> {
     pub(super) grazed: Vec<Grazed>,
     pub(super) sampler: FlightSampler<F>,
     tolerances: Tolerances,
-    /// What the tolerances allow as an absolute error of each gap.
-    allowed: Vec<f64>,
+    /// What the tolerances allow as an absolute error of each gap, shape `(n_stops,)`, \[m\].
+    pub(super) allowed: Vec<f64>,
+    /// Where the last flight began; its state is what `arrived` has after it.
+    pub(super) departure: Departure,
     pub(super) regimes: KeptRegimes,
     /// The one that holds now.
     pub(super) regime_motion: Option<Arc<RegimeMotion>>,
@@ -89,6 +93,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
             search: ContactSearch::new(flow, gaps.collect()),
             tolerances,
             allowed: vec![0.0; scene.n_stops()],
+            departure: Departure::default(),
             regimes: KeptRegimes::default(),
             regime_motion: None,
             compliant: CompliantElements::new(scene.n_stops()),
@@ -463,6 +468,10 @@ impl<F: LinearFlow> Holding for ClosedForm<'_, F> {
         Ok(())
     }
 
+    fn set_places(&mut self, places: &[(usize, f64)]) {
+        self.put_places(places.iter().copied());
+    }
+
     fn enter(&mut self, regime: &Regime) -> Result<()> {
         self.enter_compliant(regime)?;
         if regime.is_free() {
@@ -561,6 +570,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
             let motion = Arc::clone(motion);
             return self.advance_in_regime(&motion, orders, (span, last), recorder, observer);
         }
+        self.depart();
         self.grazed.clear();
         let FirstEvent { stop, root } =
             self.search
@@ -594,6 +604,7 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
         }
         self.grazed.retain(|g| g.time <= span);
         self.record(span, Some(last), recorder);
+        self.arrived.clone_from(&self.state);
         self.go(span);
         Ok(Arrival::End)
     }
@@ -618,6 +629,23 @@ impl<F: LinearFlow> HybridFlow for ClosedForm<'_, F> {
 
     fn regime_motions(&self) -> Vec<Arc<RegimeMotion>> {
         self.regimes.motions()
+    }
+
+    fn departed(&self) -> Option<FlowMemory> {
+        self.departed_memory()
+    }
+
+    fn present(&self) -> Option<FlowMemory> {
+        self.present_memory()
+    }
+
+    fn go_back(&mut self, memory: &FlowMemory, regime: &Regime) -> Result<bool> {
+        self.go_back_to(memory, regime)
+    }
+
+    fn places(&self) -> Vec<(usize, f64)> {
+        let own = self.compliant.places.iter();
+        own.map(|own| (own.element, own.place)).collect()
     }
 }
 

@@ -380,7 +380,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let mut orders = Some(orders);
         let mut halvings = 0;
         self.begin(dynamics)?;
-        let is_recorded = recorder.wanted().arcs;
+        let is_recorded = recorder.wanted().motion_in(&self.regime);
         let arrival = loop {
             if IS_HELD || self.longest_step < f64::INFINITY {
                 self.limit_step::<E, IS_HELD>(dynamics, end)?;

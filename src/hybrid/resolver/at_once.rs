@@ -1,9 +1,10 @@
 //! Counts how often a stop is let go, or opens and closes again, at one instant, so that the loop can end it.
 
+use crate::hybrid::pen::Pen;
 use crate::tolerance::INSTANT;
 
 /// The stops to which it happened, each as often as it did, at the instant at which it happened last.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct AtOnce {
     time: f64,
     stops: Vec<usize>,
@@ -27,6 +28,12 @@ impl AtOnce {
         } else {
             0
         }
+    }
+
+    /// Puts them down, or takes them up.
+    pub fn carry(&mut self, pen: &mut Pen) {
+        pen.number(&mut self.time);
+        pen.counts(&mut self.stops);
     }
 
     pub fn clear(&mut self) {

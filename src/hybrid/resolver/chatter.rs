@@ -32,8 +32,10 @@ impl Resolver {
         system.evaluate_gaps()?;
         let now = system.clock();
         let left = now.until(now.at(t_end)).max(0.0);
-        let span = chatter_at(system, stop).span().min(left);
-        system.complete_chatter(&[stop], span, recorder)?;
+        recorder.accumulation(now.time(), stop, -system.gap(stop).speed);
+        let span = chatter_at(system, stop).span();
+        self.note_cut(span > left);
+        system.complete_chatter(&[stop], span.min(left), recorder)?;
         self.last_impact = None;
         self.zero_speed.clear();
         self.zero_speed.push(stop);
@@ -142,6 +144,12 @@ impl Resolver {
             .filter(|&stop| self.closes(system, stop))
             .collect();
         let lasting = self.lasting_rest(system, &struck)?;
+        for &stop in &struck {
+            recorder.accumulation(system.clock().time(), stop, -system.gap(stop).speed);
+        }
+        let now = system.clock();
+        let left = now.until(now.at(t_end)).max(0.0);
+        self.note_cut(lasting.is_some_and(|span| span > left));
         if lasting.is_none() {
             for &stop in &struck {
                 system.record_chatter(stop, recorder)?;
@@ -168,8 +176,6 @@ impl Resolver {
             }
         }
         if let Some(span) = lasting {
-            let now = system.clock();
-            let left = now.until(now.at(t_end)).max(0.0);
             let beside = self.touching.iter().filter(|&stop| !struck.contains(stop));
             let all: Vec<usize> = struck.iter().chain(beside).copied().collect();
             system.complete_chatter(&all, span.min(left), recorder)?;

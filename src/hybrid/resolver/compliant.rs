@@ -88,6 +88,12 @@ impl Resolver {
         if self.compliant.is_empty() {
             return Ok(());
         }
+        let known = self.given.regime.holding_instead(&[]);
+        if !known.is_free() {
+            self.regime = known;
+            system.set_places(&self.given.places);
+            self.enter(system)?;
+        }
         for _ in 0..MOST_CHANGES {
             let Some((element, state)) = self.next_change(system, |state| !state.is_held())? else {
                 break;
@@ -95,6 +101,9 @@ impl Resolver {
             self.regime = self.regime.with(element, state);
             self.enter(system)?;
         }
+        let relaxing = self.regime.in_state(ElementState::Relaxing);
+        let is_open = |own: &usize| self.given.places.iter().all(|known| known.0 != *own);
+        self.assumed = relaxing.filter(is_open).collect();
         Ok(())
     }
 
