@@ -46,7 +46,7 @@ pub(crate) use impacts::list_impacts;
 pub(crate) use one_instant::periodic_conditions::PeriodicConditions;
 pub(crate) use one_instant::solve::{Solution, clearance_given};
 pub(crate) use orbits::ranking;
-pub(crate) use problem::{check, period, stops_that_give_way};
+pub(crate) use problem::{check, compliant_stops, period};
 pub(crate) use pulse_kernel::{Kernel, LinearisedPulses};
 pub(crate) use pulses::{PulseTrain, Pulses};
 pub(crate) use shooting::closure::{Clocked, Shooting, ShootingState};

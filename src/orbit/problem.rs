@@ -67,7 +67,7 @@ pub(crate) fn check(
         ));
     }
     pattern.check(scene.stops().len())?;
-    let gives_way = stops_that_give_way(scene, pattern, purpose)?.is_some();
+    let gives_way = compliant_stops(scene, pattern, purpose)?.is_some();
     let harmonics = scene.excitation().rotations.n_harmonics;
     if harmonics > 1 && (pattern.instants().len() > 1 || options.free.is_some() || gives_way) {
         let found = format!("of {harmonics} harmonics");
@@ -129,7 +129,7 @@ pub(crate) fn check(
 ///
 /// # Errors
 /// `Error::BadValue` for other patterns with stops that give way.
-pub(crate) fn stops_that_give_way(
+pub(crate) fn compliant_stops(
     scene: &Scene,
     pattern: &Pattern,
     purpose: &str,

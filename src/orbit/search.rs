@@ -11,7 +11,7 @@ use crate::orbit::one_instant::solve::{
 use crate::orbit::options::{FreeParameter, OrbitOptions};
 use crate::orbit::orbits::Orbits;
 use crate::orbit::pattern::Pattern;
-use crate::orbit::problem::{Problem, check, stops_that_give_way};
+use crate::orbit::problem::{Problem, check, compliant_stops};
 use crate::orbit::two_instants::solve::two_instants;
 
 /// Every periodic orbit of a linear, forced scene that hits stops in the given pattern (theory 5).
@@ -56,7 +56,7 @@ pub fn periodic_orbits(scene: &Scene, pattern: &Pattern, options: &OrbitOptions)
     let observer = &mut Observer::default();
     check(scene, pattern, options, "periodic_orbits")?;
     let problem = Problem::new(scene, pattern, options)?;
-    if let Some(stops) = stops_that_give_way(scene, pattern, "periodic_orbits")? {
+    if let Some(stops) = compliant_stops(scene, pattern, "periodic_orbits")? {
         let solutions = one_contact(&problem, &stops, observer)?;
         return Orbits::new(&problem, solutions, observer);
     }

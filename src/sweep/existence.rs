@@ -7,8 +7,8 @@ use crate::flow::ModalScene;
 use crate::model::{Parameter, Scene};
 use crate::observer::{Observer, ProgressRange, report};
 use crate::orbit::{
-    OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given, decides,
-    period, periodic_orbits, ranking, stops_that_give_way,
+    OrbitOptions, Pattern, PeriodicConditions, Ruling, Solution, check, clearance_given,
+    compliant_stops, decides, period, periodic_orbits, ranking,
 };
 use crate::quantity::room_for;
 use crate::sweep::parametric_scene::ParametricScene;
@@ -354,7 +354,7 @@ fn check_distinct(x: Parameter, y: Parameter) -> Result<()> {
 
 /// Whether all that happens in a pattern is impacts at one instant.
 fn is_one_instant(scene: &Scene, pattern: &Pattern) -> Result<bool> {
-    let gives_way = stops_that_give_way(scene, pattern, "existence_map")?.is_some();
+    let gives_way = compliant_stops(scene, pattern, "existence_map")?.is_some();
     Ok(pattern.instants().len() == 1 && !gives_way)
 }
 

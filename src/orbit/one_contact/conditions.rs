@@ -27,7 +27,7 @@ pub(super) enum ContactEnd {
 }
 
 /// What the period is made of.
-pub(super) struct Course<'a> {
+pub(super) struct ContactCycle<'a> {
     /// The scene while the stop is pressed, and free of it.
     pub pressed: &'a ModalScene,
     pub free: &'a ModalScene,
@@ -45,7 +45,7 @@ pub(super) struct Course<'a> {
 /// The conditions: rows of the repetition, of the beginning of the contact and of its end; columns of the state at the beginning in the modes of
 /// the pressed system, of the phase's cosine and sine, and of the right-hand side.
 pub(super) struct Conditions<'a> {
-    course: &'a Course<'a>,
+    cycle: &'a ContactCycle<'a>,
     /// The motions, on states with a one and the phasor behind: `(z, 1, cos, sin)`.
     pressed: EnlargedFlow<'a>,
     free: EnlargedFlow<'a>,
@@ -60,15 +60,15 @@ pub(super) struct Conditions<'a> {
 }
 
 impl<'a> Conditions<'a> {
-    /// The conditions of a course; `modes` are the numbers of all modes.
-    pub fn new(course: &'a Course<'a>, modes: &'a [usize]) -> Self {
-        let Course {
+    /// The conditions of a cycle; `modes` are the numbers of all modes.
+    pub fn new(cycle: &'a ContactCycle<'a>, modes: &'a [usize]) -> Self {
+        let ContactCycle {
             pressed,
             free,
             stop,
             force,
             ..
-        } = *course;
+        } = *cycle;
         let m = 2 * modes.len();
         let mut change = DMatrix::identity(m + 3, m + 3);
         let between = free.form.transformation().1 * pressed.form.transformation().0;
@@ -79,7 +79,7 @@ impl<'a> Conditions<'a> {
         };
         let approach = |scene: &ModalScene| stop_row(scene, stop, way);
         Self {
-            course,
+            cycle,
             pressed: EnlargedFlow::new(pressed, modes),
             free: EnlargedFlow::new(free, modes),
             change,
@@ -97,7 +97,7 @@ impl<'a> Conditions<'a> {
     /// Whether nothing is constant in them but zero: no clearance, load or preload.
     pub fn is_homogeneous(&self) -> bool {
         let m = self.n_states();
-        let Course { pressed, free, .. } = self.course;
+        let ContactCycle { pressed, free, .. } = self.cycle;
         let mut loads = pressed.load.iter().chain(&free.load).flatten();
         let rows = [&self.approach[0], &self.force];
         loads.all(|x| *x == 0.0) && rows.iter().all(|row| row[m] == 0.0)
@@ -111,7 +111,7 @@ impl<'a> Conditions<'a> {
     /// The scaled conditions over a cell of durations, by rows. At an end of the range at which some are no longer independent the zero known
     /// there is divided out.
     pub fn models(&self, cell: &TimeInterval, end: IntervalEnd) -> Vec<TaylorModel> {
-        let (m, span) = (self.n_states(), self.course.span);
+        let (m, span) = (self.n_states(), self.cycle.span);
         let width = m + 3;
         let rest = TimeInterval {
             origin: span - cell.origin,
@@ -125,7 +125,7 @@ impl<'a> Conditions<'a> {
         let force = self.pressed.row(&self.force, &during, cell);
         let reached = &after * &self.change * &during;
         let sizes = after.abs() * self.change.abs() * during.abs();
-        let begun = |row: usize, column: usize| match (column < m, self.course.is_mirrored) {
+        let begun = |row: usize, column: usize| match (column < m, self.cycle.is_mirrored) {
             (false, _) => 0.0,
             (true, false) => self.change[(row, column)],
             (true, true) => -self.change[(row, column)],
@@ -182,7 +182,7 @@ impl<'a> Conditions<'a> {
                     .collect()
             };
         let begun = constant(&self.approach[0]);
-        let at_gap = self.course.end == ContactEnd::Gap;
+        let at_gap = self.cycle.end == ContactEnd::Gap;
         let mut ended = if at_gap {
             approach.clone()
         } else {
@@ -203,14 +203,14 @@ impl<'a> Conditions<'a> {
                 })
                 .collect()
         };
-        if at_gap && end == IntervalEnd::High && !self.course.is_mirrored {
+        if at_gap && end == IntervalEnd::High && !self.cycle.is_mirrored {
             ended = over_x(&difference(
                 &difference(&ended, 1.0, &begun),
                 1.0,
                 &missed(),
             ));
         }
-        let begun = match self.course.relaxes {
+        let begun = match self.cycle.relaxes {
             None => begun,
             Some(rate) => {
                 let factor = self.remembered(rate, cell);
@@ -219,9 +219,9 @@ impl<'a> Conditions<'a> {
                     .map(|own| UnscaledModel::product(own, &factor))
                     .collect();
                 let left = difference(&begun, 1.0, &kept);
-                if end == IntervalEnd::High && !self.course.is_mirrored {
+                if end == IntervalEnd::High && !self.cycle.is_mirrored {
                     // Behind a flight of a time t the stop is met again where p(T) = r: what is left is f t/c, and then of second order.
-                    let share = cell.scale / self.course.force.damping;
+                    let share = cell.scale / self.cycle.force.damping;
                     let slow: Vec<_> = force.iter().map(UnscaledModel::times_x).collect();
                     let left = difference(&left, -1.0, &missed());
                     over_x(&over_x(&difference(&left, -share, &slow)))
@@ -245,7 +245,7 @@ impl<'a> Conditions<'a> {
 
     /// The part of its way in which a stop that goes back at a rate is still out when the next contact begins.
     fn remembered(&self, rate: f64, cell: &TimeInterval) -> UnscaledModel {
-        let period = self.course.span * if self.course.is_mirrored { 2.0 } else { 1.0 };
+        let period = self.cycle.span * if self.cycle.is_mirrored { 2.0 } else { 1.0 };
         let (mut own, mut factor) = (UnscaledModel::default(), 1.0);
         let [here, most] = [cell.origin, cell.high].map(|tau| (rate * (tau - period)).exp());
         for k in 0..TAYLOR_TERMS + 3 {
@@ -263,7 +263,7 @@ impl<'a> Conditions<'a> {
 
     /// How long it is from the beginning until the motion, or its mirror image, repeats.
     pub fn span(&self) -> f64 {
-        self.course.span
+        self.cycle.span
     }
 
     /// The unknowns of a root that was found with the phase given.
@@ -304,7 +304,7 @@ impl<'a> Conditions<'a> {
         let begun = self.begun(x);
         let phase = [begun[m + 1], begun[m + 2]];
         let ended = &self.change * self.pressed.flow(tau) * &begun;
-        let last = self.free.flow(self.course.span - tau) * &ended;
+        let last = self.free.flow(self.cycle.span - tau) * &ended;
         let all = [&self.change * begun, ended, last];
         (all.map(|state| state.rows(0, m).into_owned()), phase)
     }
@@ -321,7 +321,7 @@ impl<'a> Conditions<'a> {
     ) -> Result<Option<(f64, DVector<f64>)>> {
         let ended = &self.change * self.pressed.flow(tau) * self.begun(x);
         let approach = |place: &SearchInterval| {
-            let cell = place.cell();
+            let cell = place.time_interval();
             let row = self
                 .free
                 .row(&self.approach[1], &self.free.flow(cell.origin), &cell);
@@ -342,7 +342,7 @@ impl<'a> Conditions<'a> {
         if inside <= 0.0 {
             return Ok(None);
         }
-        let span = self.course.span - tau;
+        let span = self.cycle.span - tau;
         let found = isolate((0.0, span), (false, false), observer, approach)?;
         Ok(found.simple.first().map(|bracket| {
             let mut t = bracket.guess;

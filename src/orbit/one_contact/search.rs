@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::observer::Observer;
-use crate::orbit::one_contact::conditions::{Conditions, ContactEnd, Course};
+use crate::orbit::one_contact::conditions::{Conditions, ContactCycle, ContactEnd};
 use crate::orbit::one_contact::kernel::{determinant, kernel};
 use crate::orbit::two_instants::certificate::Certificate;
 use crate::orbit::two_instants::conditions::point;
@@ -14,16 +14,16 @@ use crate::orbit::two_instants::root_search::{TimedConditions, keep, near, withi
 use crate::orbit::two_instants::taylor_model::TaylorModel;
 use crate::tolerance::{FLIGHT_TIME_ROUNDING, NEAR_FLIGHT_TIME, SAME_FLIGHT_TIME};
 
-/// What is given beside the course: the clearance, and the phase is unknown; or the phase, with the conditions at clearances of zero and of one,
+/// What is given beside the cycle: the clearance, and the phase is unknown; or the phase, with the conditions at clearances of zero and of one,
 /// between which they are linear.
 pub(super) enum Given<'a> {
     Clearance(&'a Conditions<'a>),
     Phase([f64; 2], [&'a Conditions<'a>; 2]),
 }
 
-/// The search for one course.
+/// The search for one cycle.
 pub(super) struct DurationSearch<'a> {
-    pub course: &'a Course<'a>,
+    pub cycle: &'a ContactCycle<'a>,
     pub given: Given<'a>,
     /// The time in which the forcing turns by one.
     pub time_unit: f64,
@@ -33,7 +33,7 @@ impl DurationSearch<'_> {
     /// The analytic function whose zeros are the durations: `|numerators|^2 - denominator^2` of `|u| = 1`.
     fn sample(&self, place: &SearchInterval) -> IntervalModel {
         let n = self.n_unknowns();
-        let models = self.models(&place.cell(), place.end);
+        let models = self.models(&place.time_interval(), place.end);
         let square = |models: &[TaylorModel], n_columns: usize| {
             let series = determinant(models, n_columns);
             series.map_or_else(IntervalModel::unknown, |series| IntervalModel {
@@ -119,9 +119,9 @@ impl DurationSearch<'_> {
 
     /// The ends of the range at which conditions meet: where the contact, or the flight behind it, lasts for no time.
     fn deflated(&self) -> (bool, bool) {
-        let at_gap = self.course.end == ContactEnd::Gap;
-        let meets_again = at_gap || self.course.relaxes.is_some();
-        (at_gap, meets_again && !self.course.is_mirrored)
+        let at_gap = self.cycle.end == ContactEnd::Gap;
+        let meets_again = at_gap || self.cycle.relaxes.is_some();
+        (at_gap, meets_again && !self.cycle.is_mirrored)
     }
 
     /// All roots, and in words what is proved of the rest.
@@ -129,7 +129,7 @@ impl DurationSearch<'_> {
     /// # Errors
     /// `Error::Interrupted` from the observer; `Error::NoConvergence` of a decomposition.
     pub fn run(&self, observer: &mut Observer) -> Result<(Vec<Root>, Certificate)> {
-        let span = self.course.span;
+        let span = self.cycle.span;
         let found = isolate((0.0, span), self.deflated(), observer, |place| {
             self.sample(place)
         })?;
@@ -173,7 +173,7 @@ impl DurationSearch<'_> {
             lost,
             cells: found.cells,
             length: span,
-            is_half: self.course.is_mirrored,
+            is_half: self.cycle.is_mirrored,
         };
         Ok((roots, certificate))
     }
@@ -201,6 +201,6 @@ impl TimedConditions for DurationSearch<'_> {
     }
 
     fn period(&self) -> f64 {
-        self.course.span
+        self.cycle.span
     }
 }

@@ -7,7 +7,7 @@ use crate::impact::wrapped;
 use crate::law::{ElementState, GuardKind, Outcome, Regime, Stage, Transition};
 use crate::modal::ModalState;
 use crate::observer::Observer;
-use crate::orbit::one_contact::conditions::{Conditions, ContactEnd, Course};
+use crate::orbit::one_contact::conditions::{Conditions, ContactCycle, ContactEnd};
 use crate::orbit::one_contact::search::{DurationSearch, Given};
 use crate::orbit::orbit_data::{OrbitArc, OrbitData};
 use crate::orbit::problem::Problem;
@@ -92,11 +92,11 @@ impl OneEnd<'_> {
                 .map(|c| self.at_clearance(*c))
                 .collect::<Result<_>>()?,
         };
-        let courses: Vec<Course<'_>> = scenes.iter().map(|own| self.course(own)).collect();
-        let conditions = courses.iter().map(|course| Conditions::new(course, &modes));
+        let cycles: Vec<ContactCycle<'_>> = scenes.iter().map(|own| self.cycle(own)).collect();
+        let conditions = cycles.iter().map(|cycle| Conditions::new(cycle, &modes));
         let conditions: Vec<Conditions<'_>> = conditions.collect();
         let search = DurationSearch {
-            course: &courses[0],
+            cycle: &cycles[0],
             given: match (given, &conditions[..]) {
                 (Some(phase), [near, far]) => Given::Phase(phase, [near, far]),
                 _ => Given::Clearance(&conditions[0]),
@@ -109,8 +109,8 @@ impl OneEnd<'_> {
             let orbit = match (search.clearance(root), given) {
                 (Some(clearance), Some(phase)) => {
                     let scenes = self.at_clearance(clearance)?;
-                    let course = self.course(&scenes);
-                    let conditions = Conditions::new(&course, &modes);
+                    let cycle = self.cycle(&scenes);
+                    let conditions = Conditions::new(&cycle, &modes);
                     let root = conditions.at_phase(root, phase);
                     let clearances = self.stops.iter().map(|&stop| (stop, clearance));
                     let orbit = self.orbit(&conditions, &root, observer)?;
@@ -150,12 +150,12 @@ impl OneEnd<'_> {
         self.scenes(&self.problem.modal.with_clearances(&all.collect::<Vec<_>>()))
     }
 
-    fn course<'s>(&self, [pressed, free]: &'s [ModalScene; 2]) -> Course<'s> {
+    fn cycle<'s>(&self, [pressed, free]: &'s [ModalScene; 2]) -> ContactCycle<'s> {
         let stop = self.stops[0];
         let law = free.geometry.laws[stop].by_state();
         let relaxation = law.relaxation(self.next).filter(|own| own.beyond == 0.0);
         let is_mirrored = self.images.is_some();
-        Course {
+        ContactCycle {
             pressed,
             free,
             stop,

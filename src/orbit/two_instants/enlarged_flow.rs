@@ -29,7 +29,7 @@ pub(crate) struct EnlargedFlow<'a> {
     scene: &'a ModalScene,
     indices: &'a [usize],
     matrix: DMatrix<f64>,
-    /// Units of a state, in which its parts are of one kind and one size.
+    /// Units of a state, in which its parts are of one kind and one size, shape (2 modes + 3,), [per unit of each].
     pub(in crate::orbit) units: DVector<f64>,
     parts: Vec<Part>,
 }

@@ -67,7 +67,7 @@ impl FlightTimeSearch<'_> {
     /// The analytic function whose zeros are the flight times: `|numerators|^2 - denominator^2` of `|u| = 1`, or the
     /// determinant of the conditions with the phase given.
     fn sample(&self, minors: &mut Minors, place: &SearchInterval) -> IntervalModel {
-        let cell = place.cell();
+        let cell = place.time_interval();
         minors.compute(&self.rows(&cell, place.end));
         let n = self.n_unknowns();
         if self.phase.is_some() {

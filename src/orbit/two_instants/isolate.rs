@@ -67,7 +67,7 @@ pub(crate) struct SearchInterval {
 
 impl SearchInterval {
     /// The part with the place about which the model is expanded.
-    pub fn cell(&self) -> TimeInterval {
+    pub fn time_interval(&self) -> TimeInterval {
         let (low, high) = (self.low, self.high);
         let (origin, scale) = match self.end {
             IntervalEnd::Neither => (0.5 * (low + high), 0.5 * (high - low)),
