@@ -40,5 +40,7 @@ impl FlowMemory {
 }
 
 fn carry_pair(pen: &mut Pen, pair: &mut Pair) {
-    pair.iter_mut().for_each(|number| pen.number(number));
+    for number in pair {
+        pen.number(number);
+    }
 }

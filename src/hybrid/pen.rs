@@ -10,8 +10,8 @@ pub(crate) enum Pen {
 
 impl Pen {
     /// One that takes up what was put down.
-    pub fn reading(numbers: &[f64]) -> Self {
-        Self::Reads(Some(numbers.to_vec().into_iter()))
+    pub fn reading(numbers: Vec<f64>) -> Self {
+        Self::Reads(Some(numbers.into_iter()))
     }
 
     /// What was put down.
@@ -111,7 +111,7 @@ mod tests {
         carry(&mut pen, &mut kept);
         let numbers = pen.written();
         let taken = |numbers: &[f64]| {
-            let (mut pen, mut taken) = (Pen::reading(numbers), (7.0, vec![9], Vec::new()));
+            let (mut pen, mut taken) = (Pen::reading(numbers.to_vec()), (7.0, vec![9], Vec::new()));
             carry(&mut pen, &mut taken);
             pen.is_at_end().then_some(taken)
         };

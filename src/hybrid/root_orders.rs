@@ -36,7 +36,9 @@ impl RootOrders {
         let own = own.map(|(guard, order)| [guard.element, code(guard.kind).unwrap_or(0), *order]);
         let mut others: Vec<[usize; 3]> = own.collect();
         pen.list(&mut others, |pen, own| {
-            own.iter_mut().for_each(|number| pen.count(number))
+            for number in own {
+                pen.count(number);
+            }
         });
         self.others.clear();
         for [element, code, order] in others {

@@ -60,7 +60,7 @@ pub(crate) fn solver(method: &str, rtol: f64, atol: Option<f64>) -> PyResult<Sol
 /// Where a run begins.
 enum GivenStart {
     Plain(DVector<f64>, DVector<f64>),
-    State(MotionState),
+    State(Box<MotionState>),
 }
 
 /// The start of a run and its span: a position, a velocity and a span, or a state and a span, which comes in the second place or by name.
@@ -75,7 +75,10 @@ fn start(
                 "simulate() is given a state, which takes the place of q0 and v0: simulate(scene, state, t_span)",
             ));
         };
-        return Ok((GivenStart::State(state.get().0.clone()), span(given)?));
+        return Ok((
+            GivenStart::State(Box::new(state.get().0.clone())),
+            span(given)?,
+        ));
     }
     let missing: Vec<&str> = [("'v0'", v0), ("'t_span'", t_span)]
         .iter()

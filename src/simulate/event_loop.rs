@@ -142,7 +142,7 @@ impl EventLoop {
         flow: &mut M,
         flight: &[f64],
     ) -> Result<bool> {
-        let (mut pen, mut memory) = (Pen::reading(flight), FlowMemory::default());
+        let (mut pen, mut memory) = (Pen::reading(flight.to_vec()), FlowMemory::default());
         let is_its = self.resolver.take_up(flow.system(), &mut pen);
         memory.carry(&mut pen);
         if !(is_its && pen.is_at_end() && flow.go_back(&memory, &self.resolver.regime_now())?) {

@@ -5,8 +5,8 @@ use crate::flow::characteristic_length::Tolerances;
 use crate::hybrid::ElementStates;
 use crate::law::{ElementState, Regime};
 use crate::model::{PhysicalState, Scene};
-use crate::path::Path;
 use crate::quantity::{finite, finite_vector};
+use crate::simulate::kept::KeptChapter;
 use crate::simulate::saved::SavedLeft;
 use nalgebra::DVector;
 
@@ -35,15 +35,26 @@ pub(crate) struct Left {
 }
 
 impl Left {
-    /// Of a run that was saved without it: the regime in which its motion ends, where that is kept.
-    pub fn of_path(path: Option<&Path>) -> Self {
+    /// What was saved, or, of a run that was saved without it, the regime in which its last chapter ends, where its motion is kept.
+    ///
+    /// # Errors
+    /// As [`restore`](Self::restore).
+    pub fn of_saved(
+        scene: &Scene,
+        saved: Option<SavedLeft>,
+        chapter: Option<&KeptChapter>,
+    ) -> Result<Self> {
+        if let Some(saved) = saved {
+            return Self::restore(scene, saved);
+        }
+        let path = chapter.and_then(|own| own.path.as_ref());
         let last = path.and_then(|path| path.parts.segments.last());
         let regime = last.map_or_else(Regime::default, |own| own.regime.clone());
         let places = Vec::new();
-        Self {
+        Ok(Self {
             elements: ElementStates { regime, places },
             flight: None,
-        }
+        })
     }
 
     /// As plain numbers.

@@ -69,7 +69,7 @@ impl Record {
     }
 
     /// The part of an arc from where the run begins on, and how far along it that begins; none of one that ends before.
-    fn from_start(&self, arc: &ArcSpan) -> Option<(ArcSpan, f64)> {
+    fn part_of_run(&self, arc: &ArcSpan) -> Option<(ArcSpan, f64)> {
         if arc.start.time() >= self.since {
             return Some((*arc, 0.0));
         }
@@ -91,7 +91,7 @@ impl Record {
 
     /// Keeps what is wanted of an arc.
     fn keep_arc(&mut self, arc: &ArcSpan, motion: &mut dyn ArcMotion) {
-        if let Some((part, local)) = self.from_start(arc) {
+        if let Some((part, local)) = self.part_of_run(arc) {
             let mut write = |numbers: &mut Vec<f64>| {
                 if local > 0.0 {
                     motion.write_later(local, numbers);

@@ -116,10 +116,7 @@ impl Trajectory {
                 impacts: first..last,
             });
         }
-        let left = match saved.left {
-            Some(left) => Left::restore(scene, left)?,
-            None => Left::of_path(chapters.last().and_then(|own| own.path.as_ref())),
-        };
+        let left = Left::of_saved(scene, saved.left, chapters.last())?;
         let &[
             n_rhs,
             n_steps,

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from contact_scenes import draw
 from scipy.interpolate import CubicSpline
 
 import vibroimpact as vi
@@ -296,3 +297,21 @@ def test_modes_of_a_regime_are_those_of_its_stiffness_and_damping():
             vi.modes(scene, **wrong)
     with pytest.raises(TypeError, match="LinearSystem"):
         vi.modes(scene.system, pressed=0)
+
+
+def test_ensembles_have_the_bits_of_single_runs():
+    """Whatever the laws: stops that give way by each release, with preloads, beside rigid ones."""
+    count = 0
+    for number in range(20):
+        twin, q0, v0, end = draw(np.random.default_rng([3, number]))
+        parts = np.linspace(1.0, 0.2, 5)[:, None]
+        scene = twin.scene()
+        try:
+            many = vi.simulate_many(scene, parts * q0, parts * v0, (0, end))
+        except ValueError:  # a start inside a rigid stop
+            continue
+        for i, part in enumerate(parts):
+            final = vi.simulate(scene, part * q0, part * v0, (0, end), keep="final").final
+            assert np.array_equal(final, [many.q[i], many.v[i]])
+            count += 1
+    assert count > 50
