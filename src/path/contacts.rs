@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::impact::Impact;
 use crate::law::Regime;
-use crate::model::{Energetics, Moment, Scene};
+use crate::model::{Constraint, Energetics, Moment, Scene};
 use crate::observer::unless_broken_off;
 use crate::path::chapter::PathChapter;
 use crate::path::equations::PathEquations;
@@ -187,13 +187,12 @@ pub(crate) fn contacts_along(
     (span, is_closed): ((f64, f64), bool),
     phase: &dyn Fn(f64) -> f64,
 ) -> Result<Vec<ContactRecord>> {
-    if chapters.iter().all(|own| own.path.parts.arcs.is_empty()) {
-        let each = chapters.iter().flat_map(|own| own.impacts);
-        return Ok(each.map(ContactRecord::of_impact).collect());
-    }
     let mut impacts: Vec<ContactRecord> = Vec::new();
     for chapter in chapters {
         impacts.extend(impact_records(chapter)?);
+    }
+    if chapters.iter().all(|own| own.path.parts.arcs.is_empty()) {
+        return Ok(impacts);
     }
     let n_stops = chapters.first().map_or(0, |own| own.scene.stops().len());
     let mut all: Vec<(usize, ContactRecord)> = Vec::new();
@@ -276,9 +275,14 @@ fn impact_records(chapter: &PathChapter<'_>) -> Result<Vec<ContactRecord>> {
     );
     let energetics = energetics_of(&equations, chapter.scene);
     let mut records = Vec::with_capacity(chapter.impacts.len());
+    // Of impacts that are kept alone, without what is on their sides, the rest is known.
+    let gives_way = |stop: &Constraint| !stop.contact().is_rigid();
+    let has_sides = !path.parts.has_gaps || chapter.scene.stops().iter().any(gives_way);
     for impact in chapter.impacts {
         let mut record = ContactRecord::of_impact(impact);
-        if !equations.is_of_inertia(impact.stop) {
+        if !equations.is_of_inertia(impact.stop) && !has_sides {
+            record.loss = f64::NAN;
+        } else if !equations.is_of_inertia(impact.stop) {
             let at = |side| {
                 path.point(impact.time, side)
                     .map(|point| path.locate(point))

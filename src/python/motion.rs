@@ -430,7 +430,8 @@ macro_rules! motion_class {
 
             /// Contacts by their starts, of an orbit those of one period: structured array of stop, start, end [s], phase (of the start)
             /// [rad], speed_before, speed_after [m/s] (nan where the motion begins or ends in it), impulse [N s], peak_force [N] (inf of an
-            /// impact), peak_approach [m], loss [J]; not of a trajectory with keep="final".
+            /// impact), peak_approach [m], loss [J] (nan of impacts on rigid stops whose reactions are not those of inertia, with
+            /// keep="impacts"); not of a trajectory with keep="final".
             #[getter]
             fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
                 let $own = self;

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result, shortened};
 use crate::flow::RegimeMotion;
 use crate::hybrid::{AnyLoop, Counts, ElementStates, HybridFlow, HybridSystem, Present};
-use crate::model::{Constraint, PhysicalState, Scene};
+use crate::model::{PhysicalState, Scene};
 use crate::simulate::event_loop::{Ending, EventLoop};
 use crate::simulate::monitor::RunMonitor;
 use crate::simulate::motion_state::Left;
@@ -145,7 +145,7 @@ pub(crate) struct Run<'a, M: ?Sized> {
     pub events: EventLoop,
     pub options: &'a SimulateOptions,
     pub n_dof: usize,
-    /// Whether what comes before a contact counts: there are stops that give way, or whose reactions are not those of inertia.
+    /// Whether what comes before a contact counts: there are stops that give way.
     pub has_sides: bool,
     pub flow: M,
 }
@@ -156,12 +156,11 @@ pub(crate) type AnyRun<'a> = Run<'a, dyn EventFlow + 'a>;
 impl<'a, M> Run<'a, M> {
     /// Runs along a flow.
     pub fn new(flow: M, options: &'a SimulateOptions, scene: &Scene) -> Self {
-        let is_plain = |stop: &Constraint| stop.contact().is_rigid() && stop.reacts_by_inertia();
         Self {
             events: EventLoop::default(),
             options,
             n_dof: scene.n_dof(),
-            has_sides: !scene.stops().iter().all(is_plain),
+            has_sides: !scene.stops().iter().all(|stop| stop.contact().is_rigid()),
             flow,
         }
     }

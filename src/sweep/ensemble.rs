@@ -82,7 +82,7 @@ pub struct Ensemble {
     pub status: Vec<Status>,
     /// The impacts of each trajectory with `Keep::Impacts`, empty lists without; shape `(k,)`.
     pub impacts: Vec<Vec<Impact>>,
-    /// The contacts of each trajectory with `Keep::Impacts`, empty lists without; shape `(k,)`.
+    /// The contacts of each trajectory with `Keep::Impacts`, shape `(k,)`; empty without.
     pub contacts: Vec<Vec<ContactRecord>>,
     /// Times, positions and velocities of each trajectory at `t_eval`, as far as it went; `None` without.
     pub samples: Option<Vec<Samples>>,
@@ -96,7 +96,8 @@ struct TrajectoryEnd {
     n_impacts: usize,
     status: Status,
     impacts: Vec<Impact>,
-    contacts: Vec<ContactRecord>,
+    /// None of a run that does not keep them.
+    contacts: Option<Box<[ContactRecord]>>,
     samples: Option<Samples>,
 }
 
@@ -178,7 +179,7 @@ fn simulate_rows(
         n_impacts: 0,
         status: Status::Finished,
         impacts: Vec::new(),
-        contacts: Vec::new(),
+        contacts: None,
         samples: None,
     };
     let mut ends = vec![nothing; k];
@@ -228,10 +229,13 @@ fn simulate_rows(
             let none = || (Vec::new(), DMatrix::zeros(0, n), DMatrix::zeros(0, n));
             samples.map(|own| own.unwrap_or_else(none)).collect()
         }),
-        contacts: ends
-            .iter_mut()
-            .map(|e| std::mem::take(&mut e.contacts))
-            .collect(),
+        contacts: if options.keep == Keep::Impacts {
+            let each = ends.iter_mut().map(|e| e.contacts.take());
+            each.map(|own| own.map_or_else(Vec::new, <[_]>::into_vec))
+                .collect()
+        } else {
+            Vec::new()
+        },
         impacts: ends.into_iter().map(|e| e.impacts).collect(),
     })
 }
@@ -337,10 +341,12 @@ impl TrajectoryEnd {
         let (status, n_impacts) = (done.ending.status, done.stats.n_impacts);
         let (q, v) = done.last.clone();
         let (impacts, contacts, samples) = if done.record.keep == Keep::Impacts {
-            recorded_with_contacts(done, (scene, evaluator, start))?
+            let (impacts, contacts, samples) =
+                recorded_with_contacts(done, (scene, evaluator, start))?;
+            (impacts, Some(contacts.into_boxed_slice()), samples)
         } else {
             let own = done.record.finish();
-            (own.impacts, Vec::new(), own.samples)
+            (own.impacts, None, own.samples)
         };
         Ok(Self {
             q,
@@ -355,7 +361,8 @@ impl TrajectoryEnd {
 
     fn of_trajectory(run: Trajectory) -> Result<Self> {
         let keeps = run.chapters.iter().any(|own| own.contacts.is_some());
-        let contacts = if keeps { run.contacts()? } else { Vec::new() };
+        let contacts = keeps.then(|| run.contacts()).transpose()?;
+        let contacts = contacts.map(Vec::into_boxed_slice);
         let (q, v) = run.last;
         Ok(Self {
             q,
@@ -376,7 +383,7 @@ impl TrajectoryEnd {
             n_impacts: 0,
             status: Status::InsideStop,
             impacts: Vec::new(),
-            contacts: Vec::new(),
+            contacts: None,
             samples: None,
         }
     }
