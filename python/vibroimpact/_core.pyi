@@ -818,6 +818,7 @@ def find_orbit(
     n_periods: int | None = None,
     *,
     pattern: _Pattern | None = None,
+    signature: Sequence[tuple[str, str | int]] | None = None,
 ) -> Orbit: ...
 def periodic_orbits(
     scene: Scene,

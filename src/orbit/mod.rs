@@ -35,7 +35,7 @@ pub use pattern::Pattern;
 pub use periodic_orbit::PeriodicOrbit;
 pub use saved::{SavedMode, SavedOrbit};
 pub use search::periodic_orbits;
-pub use shooting::find::{find_orbit, find_orbit_in_order};
+pub use shooting::find::{find_orbit, find_orbit_in_order, find_orbit_of_signature};
 pub use shooting::guess::Guess;
 
 pub use stability::multipliers::{OrderMultipliers, Stability};

@@ -8,7 +8,7 @@ use crate::python::simulate::count;
 use crate::python::trajectory::PyTrajectory;
 use crate::python::{argument, interrupt, pattern};
 use nalgebra::DVector;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
@@ -35,6 +35,10 @@ use pyo3::types::{PyList, PyTuple};
 ///     one in the middle of its last flight) they are hit in this order, each as soon as it is met, and all others are passed
 ///     through. So orbits are found that are not admissible, or whose pattern the motion from the guess has not. A trajectory
 ///     needs a forcing then; ``n_periods`` is 1, of an orbit its own, and may be any.
+/// signature : sequence of (str, str or int), optional
+///     The events of a period, as ``orbit.signature`` has them, in a linear scene: from that state they are waited for in this
+///     order, each in the regime that those before have led to, and all other guards are passed by. "press", "leave" and "relax" of
+///     stops that give way, "strike" of rigid ones; one that relaxes in the end is taken to be back at the beginning.
 ///
 /// Returns
 /// -------
@@ -47,7 +51,7 @@ use pyo3::types::{PyList, PyTuple};
 ///     If no motion of the pattern closes near the guess; it says how far the iteration got.
 /// ValueError
 ///     A guess that does not fit it; a trajectory that did not keep its motion or does not come back; a stop of ``pattern`` that is
-///     not hit within a period; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit; of
+///     not hit within a period; an event of ``signature`` that does not come within one, or that the law of its stop has not then; stops let go at one time; a contact with e > 0 that comes to rest while another stop is held or hit; of
 ///     stops that give way a scene that is not linear, a body that comes to a seat or leaves it, a change of state at the instant of
 ///     another event.
 /// TypeError
@@ -97,6 +101,9 @@ use pyo3::types::{PyList, PyTuple};
 /// >>> orbit = vi.find_orbit(before, vi.simulate(before, 0.0, 0.3, (0, 60 * before.period)))
 /// >>> orbit.signature, orbit.is_stable
 /// ((('press', 'stop[0]'), ('leave', 'stop[0]')), True)
+/// >>> again = vi.find_orbit(before, (0.0, 1.8), signature=[("press", "stop[0]"), ("leave", "stop[0]")])
+/// >>> abs(again.v0 - orbit.v0).max() < 1e-11
+/// True
 ///
 /// One that passes through a stop, whatever the motion from the guess does there:
 ///
@@ -104,15 +111,21 @@ use pyo3::types::{PyList, PyTuple};
 /// >>> vi.find_orbit(scene, (0.0, 2.0), pattern=[1]).is_admissible
 /// False
 #[pyfunction]
-#[pyo3(signature = (scene, guess, n_periods=None, *, pattern=None))]
+#[pyo3(signature = (scene, guess, n_periods=None, *, pattern=None, signature=None))]
 pub(crate) fn find_orbit(
     py: Python<'_>,
     #[pyo3(from_py_with = argument::scene)] scene: PyRef<'_, PyScene>,
     guess: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = argument::n_periods)] n_periods: Option<i64>,
     pattern: Option<&Bound<'_, PyAny>>,
+    signature: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyOrbit> {
     let pattern = pattern.map(pattern::pattern).transpose()?;
+    let signature = signature.map(events).transpose()?;
+    if pattern.is_some() && signature.is_some() {
+        let rule = "pattern and signature are both given, but a signature has the pattern in it: leave one out";
+        return Err(PyValueError::new_err(rule));
+    }
     let n_periods = count("n_periods", n_periods)?;
     let orbit = guess.extract::<PyRef<'_, PyOrbit>>().ok();
     let trajectory = guess.extract::<PyRef<'_, PyTrajectory>>().ok();
@@ -133,11 +146,38 @@ pub(crate) fn find_orbit(
         }
     };
     let scene = &scene.0;
-    let found = interrupt::run(py, false, || match &pattern {
-        None => orbit::find_orbit(scene, guess, n_periods),
-        Some(pattern) => orbit::find_orbit_in_order(scene, guess, n_periods, pattern),
+    let found = interrupt::run(py, false, || match (&pattern, &signature) {
+        (Some(pattern), _) => orbit::find_orbit_in_order(scene, guess, n_periods, pattern),
+        (None, Some(events)) => {
+            let events: Vec<_> = events.iter().map(|own| (own.0.as_str(), own.1)).collect();
+            orbit::find_orbit_of_signature(scene, guess, n_periods, &events)
+        }
+        (None, None) => orbit::find_orbit(scene, guess, n_periods),
     })?;
     Ok(PyOrbit(found))
+}
+
+/// The events of a signature: pairs of a name and an element, by its name or its number.
+fn events(signature: &Bound<'_, PyAny>) -> PyResult<Vec<(String, usize)>> {
+    let refused = |k: usize, own: &Bound<'_, PyAny>| {
+        let found = own.repr().map(|text| text.to_string()).unwrap_or_default();
+        PyValueError::new_err(format!(
+            "signature[{k}] is {found}, but it must be a pair of an event and an element, as (\"press\", \"stop[0]\")"
+        ))
+    };
+    let mut all = Vec::new();
+    for (k, own) in signature.try_iter()?.enumerate() {
+        let own = own?;
+        let pair: Option<(String, Bound<'_, PyAny>)> = own.extract().ok();
+        let (event, element) = pair.ok_or_else(|| refused(k, &own))?;
+        let named = element.extract::<String>().ok().and_then(|name| {
+            let number = name.strip_prefix("stop[")?.strip_suffix(']')?;
+            number.parse().ok()
+        });
+        let number = named.or_else(|| element.extract::<usize>().ok());
+        all.push((event, number.ok_or_else(|| refused(k, &own))?));
+    }
+    Ok(all)
 }
 
 /// Position, velocity and, where it is given, the period of a guess that is a tuple or a list of them.

@@ -296,3 +296,63 @@ class TestAStopThatIsMetBeforeItIsBack:
         for k in (0, 1):
             terms = polynomial * left[k : k + 4][::-1]
             assert abs(terms.sum()) < 2e-3 * np.abs(terms).max()
+
+
+class TestAGivenSignature:
+    """Events are waited for in their order, whatever else the motion passes by."""
+
+    PRESS, LEAVE, RELAX = ("press", "stop[0]"), ("leave", "stop[0]"), ("relax", "stop[0]")
+
+    @pytest.mark.parametrize(
+        ("release", "signature"), [("gap", [PRESS, LEAVE]), ("force", [PRESS, RELAX]), ("clipped", [PRESS, RELAX, LEAVE])]
+    )
+    def test_it_leads_to_the_orbit_of_a_run(self, release, signature):
+        """From a state near it."""
+        known = settled(soft(release))
+        found = vi.find_orbit(soft(release), (0.0, 1.8), signature=signature)
+        assert found.signature == tuple(signature)
+        assert found.v0 == pytest.approx(known.v0, abs=1e-11)
+        again = vi.find_orbit(soft(release), known, signature=known.signature)
+        assert again.v0 == pytest.approx(known.v0, abs=1e-11)
+
+    def test_it_passes_by_what_is_not_in_it(self):
+        """A rigid stop in the way: the orbit is the one without it, and not admissible."""
+        known = settled(soft())
+        beside = soft("gap", vi.Stop(0, 0.55, 0.8))
+        found = vi.find_orbit(beside, (0.0, 1.8), signature=[self.PRESS, ("leave", 0)])
+        assert found.v0 == pytest.approx(known.v0, abs=1e-11)
+        assert found.is_admissible is False
+        assert found.violation.stop == 1
+
+    def test_rigid_stops_and_soft_ones_in_one_signature(self):
+        """A strike beyond the place where a soft stop is pressed."""
+        rigid = vi.Stop(0, 0.62, 0.6)
+        known = settled(soft("gap", rigid), periods=400)
+        assert ("strike", "stop[1]") in known.signature
+        found = vi.find_orbit(soft("gap", rigid), known, signature=known.signature)
+        assert found.v0 == pytest.approx(known.v0, abs=1e-10)
+
+    @pytest.mark.parametrize(
+        ("signature", "says"),
+        [
+            ([("press", "stop[1]")], "the scene has 1 stops"),
+            ([("chatter", "stop[0]")], "waited for"),
+            ([("press", "stop[0]"), ("press", "stop[0]")], "no such change"),
+            ([("press", "stop[0]"), ("relax", "stop[0]")], "no such change"),
+            ([("strike", "stop[0]")], "no such change"),
+            ([], "event at least"),
+            ([("press",)], "a pair of an event"),
+            ([("press", "wall")], "a pair of an event"),
+        ],
+    )
+    def test_wrong_ones_are_refused_with_the_event(self, signature, says):
+        """By its place."""
+        with pytest.raises(ValueError, match=rf"signature.*{says}"):
+            vi.find_orbit(soft(), (0.0, 1.8), signature=signature)
+
+    def test_it_is_one_or_the_other(self):
+        """A pattern, or a signature."""
+        with pytest.raises(ValueError, match="leave one out"):
+            vi.find_orbit(soft(), (0.0, 1.8), pattern=[0], signature=[self.PRESS, self.LEAVE])
+        with pytest.raises(ValueError, match=r"signature\[2\].*within a period"):
+            vi.find_orbit(soft(), (-0.4, 0.0), signature=[self.LEAVE, self.PRESS, self.LEAVE, self.PRESS, self.LEAVE, self.PRESS])

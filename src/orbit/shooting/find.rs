@@ -9,7 +9,7 @@ use crate::orbit::pattern::Pattern;
 use crate::orbit::periodic_orbit::PeriodicOrbit;
 use crate::orbit::shooting::closure::{Clocked, ShootingState};
 use crate::orbit::shooting::guess::Guess;
-use crate::orbit::shooting::guess_in_order::start_in_order;
+use crate::orbit::shooting::guess_in_order::{ToCome, start_in_order};
 use crate::orbit::shooting::own_time::{depends_on_own_time, with_phase};
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use crate::quantity::at_least_one;
@@ -146,7 +146,49 @@ pub fn find_orbit_in_order<'a>(
     n_periods: Option<usize>,
     pattern: &Pattern,
 ) -> Result<PeriodicOrbit> {
-    let begun = begun_in_order(scene, guess.into(), n_periods, Some(pattern))?;
+    let to_come = ToCome::Impacts(pattern);
+    let begun = begun_in_order(scene, guess.into(), n_periods, Some(&to_come))?;
+    solved(begun)
+}
+
+/// [`find_orbit`] for a signature, as [`PeriodicOrbit::signature`] has it, of a linear scene: from the state of the guess, as in
+/// [`find_orbit_in_order`], its events are waited for in their order, each in the regime that those before have led to, and all other guards
+/// are passed by. Those events are "press", "leave" and "relax" of stops that give way and "strike" of rigid ones; a stop that relaxes in the end is
+/// taken to be back at the beginning.
+///
+/// # Errors
+/// As [`find_orbit`]; a scene that is not linear, a stop that does not exist, an event of another name, one that the law of its stop does not
+/// have then, or that does not come within a period.
+///
+/// # Examples
+/// ```
+/// use vibroimpact::nalgebra::{dmatrix, dvector};
+/// use vibroimpact::{ContactRelease, Guess, Harmonic, LinearSystem, Scene, Spring, Stop, find_orbit_of_signature};
+/// let system = LinearSystem::new(dmatrix![1.0], dmatrix![0.1], dmatrix![1.0])?;
+/// let law = Spring::new(20.0, 0.5, Some(ContactRelease::Gap))?;
+/// let force = Harmonic::new(dvector![1.0.into()], 0.8, 0.0)?;
+/// let scene = Scene::new(system, force, [Stop::new(0, 0.5, law)?])?;
+/// let guess = Guess::State { q: &dvector![0.0], v: &dvector![1.8], period: None };
+/// let orbit = find_orbit_of_signature(&scene, guess, None, &[("press", 0), ("leave", 0)])?;
+/// assert_eq!(orbit.is_admissible(), Some(true));
+/// # Ok::<(), vibroimpact::Error>(())
+/// ```
+pub fn find_orbit_of_signature<'a>(
+    scene: &Scene,
+    guess: impl Into<Guess<'a>>,
+    n_periods: Option<usize>,
+    signature: &[(&str, usize)],
+) -> Result<PeriodicOrbit> {
+    if signature.is_empty() {
+        let rule = "a signature has an event at least; find_orbit finds motions without any";
+        return Err(Error::bad_value("signature", "empty", rule));
+    }
+    let events = signature
+        .iter()
+        .map(|(event, element)| ((*event).to_owned(), *element));
+    let events: Vec<(String, usize)> = events.collect();
+    let to_come = ToCome::Events(&events);
+    let begun = begun_in_order(scene, guess.into(), n_periods, Some(&to_come))?;
     solved(begun)
 }
 
@@ -175,15 +217,17 @@ fn begun_in_order(
     scene: &Scene,
     guess: Guess<'_>,
     n_periods: Option<usize>,
-    pattern: Option<&Pattern>,
+    to_come: Option<&ToCome<'_>>,
 ) -> Result<(Scene, Signature, ShootingState)> {
     scene.check_period("find_orbit")?;
     check_periods(scene, n_periods)?;
-    let start = match pattern {
+    let start = match to_come {
         None => guess.read(scene, n_periods)?,
-        Some(pattern) => {
-            scene.check_stops_are_rigid("find_orbit with pattern=")?;
-            start_in_order(guess, scene, n_periods, pattern)?
+        Some(to_come) => {
+            if let ToCome::Impacts(_) = to_come {
+                scene.check_stops_are_rigid("find_orbit with pattern= (signature= does)")?;
+            }
+            start_in_order(guess, scene, n_periods, to_come)?
         }
     };
     let (stages, mut first) = ShootingState::of_instants(start.instants, 1.0);

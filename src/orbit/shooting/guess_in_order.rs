@@ -11,6 +11,7 @@ use crate::model::{Change, Scene};
 
 use crate::orbit::pattern::Pattern;
 use crate::orbit::shooting::guess::{Guess, Start, period_of_state, started};
+use crate::orbit::shooting::guess_by_signature::instants_of_signature;
 use crate::orbit::shooting::own_time::with_phase;
 use crate::orbit::shooting::signature::{Signature, with_shooting};
 use crate::path::{ImpactSide, KeptMotion, Motion};
@@ -18,15 +19,22 @@ use crate::simulate::{SimulateOptions, simulate};
 use crate::tolerance::GUESS_RUN_PERIODS;
 use nalgebra::{DMatrix, DVector};
 
-/// The start that a guess is if its stops are those of a pattern, in its order: from the state itself, from the end of a trajectory, from
-/// the middle of the last flight of an orbit.
+/// What is to come from a guess on, in its order.
+pub(super) enum ToCome<'a> {
+    /// Impacts on the stops of a pattern.
+    Impacts(&'a Pattern),
+    /// The events of a signature.
+    Events(&'a [(String, usize)]),
+}
+
+/// The start that a guess is if its stops are those of a pattern, or its events those of a signature, in their order: from the state itself,
+/// from the end of a trajectory, from the middle of the last flight of an orbit.
 pub(super) fn start_in_order(
     guess: Guess<'_>,
     scene: &Scene,
     n_periods: Option<usize>,
-    pattern: &Pattern,
+    to_come: &ToCome<'_>,
 ) -> Result<Start> {
-    pattern.check(scene.stops().len())?;
     let at_phase = |phase: f64| with_phase(scene, phase, false);
     let (scene, (q, v), once, given) = match guess {
         Guess::State { q, v, period } => (scene.clone(), (q.clone(), v.clone()), 1, period),
@@ -56,7 +64,13 @@ pub(super) fn start_in_order(
     let n_periods = n_periods.unwrap_or(once);
     let forced = scene.period().map(|once| once * n_periods as f64);
     let period = period_of_state(forced, given)?;
-    let instants = instants_in_order(&scene, (q, v), pattern, period)?;
+    let instants = match to_come {
+        ToCome::Impacts(pattern) => {
+            pattern.check(scene.stops().len())?;
+            instants_in_order(&scene, (q, v), pattern, period)?
+        }
+        ToCome::Events(events) => instants_of_signature(&scene, &joined(&(q, v)), events, period)?,
+    };
     let turned = scene.frequency().unwrap_or(0.0) * instants[0].time;
     let phase = wrapped(turned + scene.phase());
     Ok(started(instants, n_periods, phase, period))

@@ -3,6 +3,7 @@
 pub(in crate::orbit) mod closure;
 pub(in crate::orbit) mod find;
 pub(in crate::orbit) mod guess;
+pub(in crate::orbit) mod guess_by_signature;
 pub(in crate::orbit) mod guess_in_order;
 pub(in crate::orbit) mod memory;
 pub(in crate::orbit) mod mirror;
