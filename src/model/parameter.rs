@@ -72,6 +72,11 @@ impl StopNumber {
         }
     }
 
+    /// Whether it is one of stops that give way alone.
+    pub(crate) fn is_of_compliance(self) -> bool {
+        !matches!(self, Self::Clearance | Self::Restitution)
+    }
+
     /// The number of the law of a stop that it is, if it is one.
     fn of_law(self) -> Option<LawNumber> {
         Some(match self {

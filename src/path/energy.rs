@@ -21,7 +21,7 @@ pub struct Energy {
     pub kinetic: Vec<f64>,
     /// Potential energy, shape `(m,)`, \[J\], zero at q = 0, with what stops that give way have stored.
     pub potential: Vec<f64>,
-    /// Work of the forcing, and of stops that move, since the start, shape `(m,)`, \[J\].
+    /// Work of the forcing, and of stops that move, or whose numbers a ramp changes in levels, since the start, shape `(m,)`, \[J\].
     pub forcing_work: Vec<f64>,
     /// Loss in dampers since the start, shape `(m,)`, \[J\]. Of a system given by functions: what its forces took beyond the potential, those
     /// of dampers and any others; negative where they brought energy, as a drive written into the acceleration does.
@@ -39,8 +39,14 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Goes on with what follows, from the works up to the last row, which gives way to it.
-    pub(crate) fn go_on(&mut self, next: Self) {
+    /// Goes on with what follows, from the works up to the last row, which gives way to it; what stops have stored more there than before has
+    /// been brought by what changed their numbers.
+    pub(crate) fn go_on(&mut self, mut next: Self, brought: f64) {
+        if brought != 0.0 {
+            next.forcing_work
+                .iter_mut()
+                .for_each(|work| *work += brought);
+        }
         let add = |all: &mut Vec<f64>, next: Vec<f64>, is_sum: bool| {
             // Minus zero leaves every number as it is.
             let before = all.pop().filter(|_| is_sum).unwrap_or(-0.0);
@@ -78,7 +84,7 @@ struct ContactPowers {
     by_stops: f64,
 }
 
-/// The energy ledger at some points of a path of a scene.
+/// The energy ledger at some points of a path of a scene, with what stops have stored at the first and at the last one.
 ///
 /// # Errors
 /// A system given by functions without its mass matrix or its potential; `Error::Interrupted` from the observer.
@@ -87,7 +93,7 @@ pub(crate) fn energy_along(
     scene: &Scene,
     points: &[PathPoint],
     observer: &mut Observer,
-) -> Result<Energy> {
+) -> Result<(Energy, [f64; 2])> {
     Ledger::new(path, scene)?.fill(points, observer)
 }
 
@@ -111,10 +117,10 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    fn fill(&self, points: &[PathPoint], observer: &mut Observer) -> Result<Energy> {
+    fn fill(&self, points: &[PathPoint], observer: &mut Observer) -> Result<(Energy, [f64; 2])> {
         let mut energy = Energy::default();
         let (mut works, mut arc, mut local) = (Works::default(), 0, 0.0);
-        let (mut start, mut stored_first) = (None, None);
+        let (mut start, mut stored_first, mut stored_last) = (None, None, 0.0);
         for point in points {
             while arc < point.arc {
                 let span = self.path.arc(arc).span;
@@ -136,6 +142,7 @@ impl<'a> Ledger<'a> {
             );
             let stored = self.equations.stored(*point, &q)?;
             let at_start = *stored_first.get_or_insert(stored);
+            stored_last = stored;
             let lost = works.impact + works.contact;
             let sum = kinetic + potential - works.forcing + works.damping + lost;
             energy.time.push(point.time);
@@ -147,7 +154,7 @@ impl<'a> Ledger<'a> {
             energy.contact_loss.push(works.contact + at_start - stored);
             energy.balance.push(sum - *start.get_or_insert(sum));
         }
-        Ok(energy)
+        Ok((energy, [stored_first.unwrap_or_default(), stored_last]))
     }
 
     /// Kinetic energy lost between the end of a arc and the start of the next.

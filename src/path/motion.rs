@@ -302,6 +302,7 @@ pub trait Motion: KeptMotion {
         let (mut all, mut observer) = (Energy::default(), Observer::default());
         let chapters = self.chapters()?;
         let points = sampled_points(self, &chapters)?;
+        let mut stored_before = None;
         for (k, (PathChapter { path, scene, .. }, mut points)) in
             chapters.iter().zip(points).enumerate()
         {
@@ -309,7 +310,9 @@ pub trait Motion: KeptMotion {
                 // What has been brought and lost by its end is there at the start of the next.
                 points.push(path.end());
             }
-            all.go_on(energy_along(path, scene, &points, &mut observer)?);
+            let (own, [stored, left]) = energy_along(path, scene, &points, &mut observer)?;
+            all.go_on(own, stored - stored_before.unwrap_or(stored));
+            stored_before = Some(left);
         }
         Ok(all)
     }

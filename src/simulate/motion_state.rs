@@ -34,6 +34,13 @@ pub(crate) struct Left {
     pub flight: Option<(Tolerances, Vec<f64>)>,
 }
 
+/// Where a run begins or has ended: position and velocity, and the states of elements that give way.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct RunEnd {
+    pub state: PhysicalState,
+    pub elements: ElementStates,
+}
+
 impl Left {
     /// What was saved, or, of a run that was saved without it, the regime in which its last chapter ends, where its motion is kept.
     ///

@@ -109,7 +109,6 @@ impl Schedule {
     /// Two ramps of one number, values that it may not take, a dwell without a period, a phase in levels; a scene that cannot drift so;
     /// `Error::Interrupted` where the answer to whether to go on is to break off.
     pub fn new(scene: &Scene, ramps: &[Ramp], span: (f64, f64)) -> Result<Self> {
-        scene.check_stops_are_rigid("a ramp")?;
         let mut builder = ScheduleBuilder {
             steady: scene.clone(),
             levels: Vec::new(),
@@ -160,6 +159,19 @@ impl ScheduleBuilder {
         let from = scene.value_of(parameter, &format!("the ramp of \"{parameter}\""))?;
         if from.is_nan() {
             let rule = "the scene has no value of it";
+            return Err(Error::bad_value(
+                "ramp",
+                format!("of \"{parameter}\""),
+                rule,
+            ));
+        }
+        let is_drift = !matches!(ramp.profile(), RampProfile::Steps { .. });
+        if is_drift
+            && parameter
+                .stop_number()
+                .is_some_and(StopNumber::is_of_compliance)
+        {
+            let rule = "while a stop is pressed its numbers drift in levels alone: give levels= and dwell=";
             return Err(Error::bad_value(
                 "ramp",
                 format!("of \"{parameter}\""),

@@ -11,7 +11,7 @@ use crate::simulate::by_method::{RunMaker, RunVisitor, visit_runs};
 use crate::simulate::gathered::Gathered;
 use crate::simulate::kept::Ramped;
 use crate::simulate::method::{Method, check_jacobian};
-use crate::simulate::motion_state::{Left, MotionState};
+use crate::simulate::motion_state::{Left, MotionState, RunEnd};
 use crate::simulate::options::SimulateOptions;
 use crate::simulate::run::Done;
 use crate::simulate::schedule::Schedule;
@@ -70,6 +70,21 @@ pub fn simulate(
     let start = RunStart {
         state: (q0, v0),
         elements: &ElementStates::default(),
+        flight: None,
+    };
+    run_from(scene, start, t_span, options)
+}
+
+/// A run from where another one has ended, of any scene and from any time on.
+pub(crate) fn simulate_after(
+    scene: &Scene,
+    from: &RunEnd,
+    t_span: (f64, f64),
+    options: &SimulateOptions,
+) -> Result<Trajectory> {
+    let start = RunStart {
+        state: (&from.state.0, &from.state.1),
+        elements: &from.elements,
         flight: None,
     };
     run_from(scene, start, t_span, options)

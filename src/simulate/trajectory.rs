@@ -5,7 +5,7 @@ use crate::impact::Impact;
 use crate::model::{PhysicalState, Scene};
 use crate::path::ContactRecord;
 use crate::simulate::kept::{KeptChapter, Ramped};
-use crate::simulate::motion_state::{Left, MotionState};
+use crate::simulate::motion_state::{Left, MotionState, RunEnd};
 use crate::simulate::options::{Stats, Status};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -59,6 +59,14 @@ impl Trajectory {
             q: self.last.0.clone(),
             v: self.last.1.clone(),
             left: self.left.clone(),
+        }
+    }
+
+    /// Where it ended.
+    pub(crate) fn run_end(&self) -> RunEnd {
+        RunEnd {
+            state: self.last.clone(),
+            elements: self.left.elements.clone(),
         }
     }
 

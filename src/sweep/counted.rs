@@ -2,9 +2,9 @@
 //! scene's unit.
 
 use crate::error::Result;
-use crate::model::{PhysicalState, Scene};
+use crate::model::Scene;
 use crate::section::{Section, contacts_begun, points_of};
-use crate::simulate::{Keep, SimulateOptions, Status, Trajectory, simulate};
+use crate::simulate::{Keep, RunEnd, SimulateOptions, Status, Trajectory, simulate_after};
 use crate::tolerance::{FIRST_COUNTED_SPAN, QUIET_EVALUATIONS, QUIET_SPAN_RATIO};
 
 /// How often the span of a run is doubled at most. [work]
@@ -12,10 +12,10 @@ const MOST_SPAN_DOUBLINGS: i32 = 60;
 /// Impacts of a run at most: those that accumulate count as one in the section, so that many may be needed for few points. [work]
 const MOST_COUNTED_IMPACTS: usize = 1 << 20;
 
-/// A run from a state at a time until a section of impacts has `count` points, or until no impact has come for long.
+/// A run from where another one has ended, at a time, until a section of impacts has `count` points, or until no impact has come for long.
 pub(super) fn until(
     scene: &Scene,
-    (state, start): (&PhysicalState, f64),
+    (from, start): (&RunEnd, f64),
     (count, section): (usize, &Section),
     options: &SimulateOptions,
 ) -> Result<Trajectory> {
@@ -26,8 +26,7 @@ pub(super) fn until(
             max_impacts: Some(most),
             ..options.clone()
         };
-        let (q, v) = state;
-        simulate(scene, q, v, (start, start + span), &own)
+        simulate_after(scene, from, (start, start + span), &own)
     };
     loop {
         let found = run(most, span)?;

@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::hybrid::joined;
-use crate::model::{PhysicalState, Scene};
+use crate::model::Scene;
 use crate::observer::ProgressRange;
 use crate::orbit::{Pattern, depends_on_own_time};
 use crate::quantity::{at_least_one, finite, finite_vector};
 use crate::section::{PoincarePoints, Section, Settled, points_of, settled, settled_by_impacts};
-use crate::simulate::{Keep, SimulateOptions, Solver, Status, Trajectory, put_onto, simulate};
+use crate::simulate::{Keep, RunEnd, SimulateOptions, Solver, Status, put_onto, simulate_after};
 use crate::sweep::counted::until;
 use crate::sweep::ensemble::Scenes;
 use crate::sweep::existence::Axis;
@@ -86,13 +86,13 @@ pub struct BifurcationDiagram {
     pub points: PoincarePoints,
 }
 
-/// What one value gives, and the state at its end.
+/// What one value gives, and where the motion has come to at its end.
 #[derive(Clone)]
 struct AtValue {
     settled: Settled,
     points: PoincarePoints,
     status: Status,
-    last: PhysicalState,
+    last: RunEnd,
 }
 
 /// Follows a motion over the values of a number of its scene, its transients left out. At each value `transient` periods of the
@@ -147,8 +147,6 @@ pub fn bifurcation_diagram_of(
     options: &DiagramOptions,
 ) -> Result<BifurcationDiagram> {
     check(values, scenes, options)?;
-    let mut all = scenes.iter();
-    all.try_for_each(|scene| scene.check_stops_forget("bifurcation_diagram"))?;
     let mut up: Vec<usize> = (0..values.len()).collect();
     up.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let down: Vec<usize> = up.iter().rev().copied().collect();
@@ -236,12 +234,19 @@ fn along<'s>(
     scenes: impl Iterator<Item = &'s Scene>,
     options: &DiagramOptions,
 ) -> Result<Vec<AtValue>> {
-    let mut state = options.start.clone();
+    let start = options.start.clone();
+    let mut from = start.map(|state| RunEnd {
+        state,
+        ..RunEnd::default()
+    });
     let mut all = Vec::new();
     for scene in scenes {
-        let rest = || (DVector::zeros(scene.n_dof()), DVector::zeros(scene.n_dof()));
-        let found = at_value(scene, state.unwrap_or_else(rest), options)?;
-        state = Some(found.last.clone());
+        let rest = || RunEnd {
+            state: (DVector::zeros(scene.n_dof()), DVector::zeros(scene.n_dof())),
+            ..RunEnd::default()
+        };
+        let found = at_value(scene, from.unwrap_or_else(rest), options)?;
+        from = Some(found.last.clone());
         all.push(found);
     }
     Ok(all)
@@ -251,15 +256,18 @@ fn run_options(options: &DiagramOptions) -> SimulateOptions {
     SimulateOptions::by(options.solver, Keep::Final)
 }
 
-/// What a motion from a state settles on.
-fn at_value(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Result<AtValue> {
+/// What a motion settles on from where another one has ended.
+fn at_value(scene: &Scene, from: RunEnd, options: &DiagramOptions) -> Result<AtValue> {
     let run = run_options(options);
-    let (q, v) = put_onto(scene, state, 0.0, &run)?;
+    let from = RunEnd {
+        state: put_onto(scene, from.state, 0.0, &run)?,
+        ..from
+    };
     let Some(period) = scene.period() else {
-        return by_impacts(scene, (q, v), options);
+        return by_impacts(scene, &from, options);
     };
     let span = (0.0, options.transient as f64 * period);
-    let transient = simulate(scene, &q, &v, span, &run)?;
+    let transient = simulate_after(scene, &from, span, &run)?;
     let seen = SimulateOptions {
         keep: Keep::Motion,
         ..run
@@ -267,8 +275,7 @@ fn at_value(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Re
     // One that broke off before is looked at from there.
     let start = transient.t_end();
     let span = (start, start + options.periods as f64 * period);
-    let (q, v) = transient.last();
-    let seen = simulate(scene, q, v, span, &seen)?;
+    let seen = simulate_after(scene, &transient.run_end(), span, &seen)?;
     let mut points = points_of(&seen, &options.section)?;
     if let Section::Phase(_) = options.section {
         // Of a phase that is that of the start, the end is the start of the next value.
@@ -282,16 +289,15 @@ fn at_value(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Re
         } else {
             transient.status()
         },
-        last: (seen.last().0.clone(), seen.last().1.clone()),
+        last: seen.run_end(),
     })
 }
 
 /// The same where the forcing has no period: impacts are counted.
-fn by_impacts(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> Result<AtValue> {
+fn by_impacts(scene: &Scene, from: &RunEnd, options: &DiagramOptions) -> Result<AtValue> {
     let (run, section) = (run_options(options), &options.section);
-    let own = |run: &Trajectory| (run.last().0.clone(), run.last().1.clone());
-    let transient = until(scene, (&state, 0.0), (options.transient, section), &run)?;
-    let start = (&own(&transient), transient.t_end());
+    let transient = until(scene, (from, 0.0), (options.transient, section), &run)?;
+    let start = (&transient.run_end(), transient.t_end());
     let seen = until(scene, start, (options.periods, section), &run)?;
     let mut points = points_of(&seen, section)?;
     points.truncate(options.periods);
@@ -303,7 +309,7 @@ fn by_impacts(scene: &Scene, state: PhysicalState, options: &DiagramOptions) -> 
         settled: settled_by_impacts(&seen, &points, DIAGRAM_LONGEST_PERIOD)?,
         points,
         status,
-        last: own(&seen),
+        last: seen.run_end(),
     })
 }
 

@@ -69,9 +69,19 @@ def test_a_diagram_of_contacts_has_their_beginnings():
     assert diagram.q == pytest.approx(0.5, rel=1e-12)
 
 
-def test_a_place_of_its_own_is_not_lost_from_value_to_value():
-    """A stop that relaxes is refused, with the reason."""
-    with pytest.raises(ValueError, match=r"stops\[0\] is Spring.*place of its own"):
-        vi.bifurcation_diagram(soft("force"), ("forcing_scale", [1.0]))
-    elastic = vi.bifurcation_diagram(soft("force", damping=0.0), ("forcing_scale", [1.0]), transient=5, periods=5)
-    assert len(elastic.q) == 5
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_a_place_of_its_own_is_not_lost_from_value_to_value(direction):
+    """A diagram of a stop that relaxes slowly has at each value the orbit there; without a transient its run goes on."""
+    scene = soft("force", damping=20.0)
+    values = np.array([0.9, 1.0, 1.1])
+    diagram = vi.bifurcation_diagram(scene, ("forcing_scale", values), transient=100, periods=3, direction=direction)
+    for k, value in enumerate(diagram.parameter):
+        own = scene.replace(forcing_scale=value)
+        orbit = vi.find_orbit(own, vi.simulate(own, 0.0, 0.3, (0, 200 * own.period)))
+        assert diagram.n_periods[k] == orbit.n_periods == 1
+        at_zero = (-orbit.phase / 0.8) % orbit.period
+        assert diagram.q[diagram.index == k] == pytest.approx(np.tile(orbit.position(at_zero), (3, 1)), abs=1e-9)
+    # The same value again: as one run that is not interrupted.
+    again = vi.bifurcation_diagram(lambda value: scene, [1.0, 2.0, 3.0], transient=0, periods=1, q0=0.4, v0=1.5)
+    run = vi.simulate(scene, 0.4, 1.5, (0, 3 * scene.period))
+    assert again.q[:, 0] == pytest.approx(run.position(scene.period * np.arange(3))[:, 0], abs=1e-11)

@@ -119,7 +119,6 @@ def test_a_body_that_comes_to_rest_on_an_overdamped_stop_stays():
     ("call", "name"),
     [
         (lambda scene, run: vi.recovery_matrix(scene, [0]), "recovery_matrix"),
-        (lambda scene, run: vi.simulate(scene, 0.0, 0.3, (0, 1), ramp=vi.Ramp("frequency", 0.9, over=1.0)), "ramp"),
         (lambda scene, run: vi.simulate(between("force"), 0.0, 0.3, (0, 1), method="rk45"), "release"),
     ],
 )
@@ -315,3 +314,50 @@ def test_ensembles_have_the_bits_of_single_runs():
             assert np.array_equal(final, [many.q[i], many.v[i]])
             count += 1
     assert count > 50
+
+
+class TestRamps:
+    """Numbers that drift along a run with stops that give way."""
+
+    PERIOD = 2 * np.pi / 0.8
+
+    @pytest.mark.parametrize("release", ["gap", "force", "clipped"])
+    @pytest.mark.parametrize(
+        ("name", "to"), [("contact_stiffness[0]", 60.0), ("contact_damping", 2.0), ("clearance[0]", 0.2), ("preload[0]", 0.3)]
+    )
+    def test_levels_are_runs_that_go_on(self, release, name, to):
+        """Level by level the run of the scene with the value, from the state before; the energy adds up."""
+        scene = between(release)
+        dwell = 0.37
+        run = vi.simulate(scene, 0.0, 0.3, (0, 8 * dwell * self.PERIOD), ramp=vi.Ramp(name, to, levels=5, dwell=dwell))
+        begin = {"contact_stiffness": 20.0, "contact_damping": 0.5, "clearance": 0.5, "preload": 0.0}[name.partition("[")[0]]
+        ends = [*(dwell * self.PERIOD * np.arange(1, 5)), 8 * dwell * self.PERIOD]
+        now, state = 0.0, (0.0, 0.3)
+        for value, end in zip(np.linspace(begin, to, 5), ends, strict=True):
+            level = scene.replace(**{name: value})
+            # From the state of another scene, with each element as it was.
+            piece = vi.simulate(level, *state, (now, end))
+            t = np.linspace(0.9 * now + 0.1 * end, end, 7)
+            assert run.position(t) == pytest.approx(piece.position(t), abs=1e-11)
+            now, state = end, (piece.state,)
+        assert run.final[1] == pytest.approx(piece.final[1], abs=1e-11)
+        assert abs(run.energy.balance).max() < 1e-11
+        total = run.energy
+        columns = total.kinetic + total.potential - total.forcing_work + total.damping_loss + total.contact_loss
+        assert columns == pytest.approx(columns[0], abs=1e-11)
+
+    def test_a_gap_drifts_steadily(self):
+        """Exact flights and steps agree."""
+        scene = between("gap")
+        drift = vi.Ramp("clearance[0]", 0.1, over=15.0)
+        run = vi.simulate(scene, 0.0, 0.3, (0, 25), ramp=drift)
+        steps = vi.simulate(scene, 0.0, 0.3, (0, 25), ramp=drift, method="dop853", rtol=1e-12, atol=1e-13)
+        assert run.stats.n_contacts == steps.stats.n_contacts > 3
+        assert run.final[0] == pytest.approx(steps.final[0], abs=1e-9)
+        assert abs(run.energy.balance).max() < 1e-10
+
+    def test_stiffness_damping_and_preload_change_in_levels_alone(self):
+        """While a stop is pressed a steady change of them is no linear system of its own."""
+        for name in ("contact_stiffness", "contact_damping[0]", "preload"):
+            with pytest.raises(ValueError, match=r"contact_|preload.*levels="):
+                vi.simulate(between("gap"), 0.0, 0.3, (0, 10), ramp=vi.Ramp(name, 1.0, over=5.0))

@@ -130,7 +130,7 @@ def bifurcation_diagram(
     ------
     ValueError
         No values, values that are not finite or may not be taken, a name that does not exist, ``section="phase"`` of a scene
-        without a forcing period; stops that relax (``release="force"``), whose places would be lost from value to value.
+        without a forcing period.
 
     Examples
     --------

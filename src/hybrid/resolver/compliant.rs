@@ -88,7 +88,13 @@ impl Resolver {
         if self.compliant.is_empty() {
             return Ok(());
         }
-        let known = self.given.regime.holding_instead(&[]);
+        let mut known = self.given.regime.holding_instead(&[]);
+        // Of another law they are none.
+        for &(element, state) in self.given.regime.others() {
+            if !system.element_law(element).has_state(state) {
+                known = known.without(element);
+            }
+        }
         if !known.is_free() {
             self.regime = known;
             system.set_places(&self.given.places);
