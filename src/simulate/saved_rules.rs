@@ -223,7 +223,8 @@ mod tests {
         ] {
             let run = run(keep, linear);
             let again = Trajectory::restore(run.scene(), run.save()).expect("its own numbers");
-            assert_eq!(again.save(), run.save());
+            // By their texts: the loss of an impact that is kept alone is no number.
+            assert_eq!(format!("{:?}", again.save()), format!("{:?}", run.save()));
             assert_eq!(again.t_end(), 60.0);
         }
     }

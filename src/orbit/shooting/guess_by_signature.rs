@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::event::first_root::FirstRoot;
 use crate::event::next::ContactSearch;
 use crate::flow::{FlowRows, GapRow, LinearFlow, ModalScene, RegimeMotion, with_flow};
-use crate::hybrid::{ClosedFormMaps, HybridMaps, halves};
+use crate::hybrid::{ClosedFormMaps, HybridMaps, halves, regime_motions};
 use crate::itinerary::Instant;
 use crate::law::{ElementState, Guard, GuardKind, Law, Outcome, Regime, Stage, Transition};
 use crate::modal::{ModalState, Pair};
@@ -26,18 +26,13 @@ pub(super) fn instants_of_signature(
 ) -> Result<Vec<Instant>> {
     let modal = ModalScene::of(scene, "find_orbit with signature=")?;
     let stages = stages(&modal, signature)?;
-    let mut all: Vec<Arc<RegimeMotion>> = Vec::new();
-    for (before, stage) in &stages {
-        for regime in [before, &stage.regime] {
-            if !regime.is_free() && all.iter().all(|known| known.regime != *regime) {
-                all.push(Arc::new(RegimeMotion::new(&modal, regime)?));
-            }
-        }
-    }
+    let regimes = stages.iter();
+    let regimes = regimes.flat_map(|(before, stage)| [before, &stage.regime]);
+    let regimes = regime_motions(&modal, regimes)?;
     let flights = Flights {
         modal: &modal,
-        maps: ClosedFormMaps::new(&modal, scene.phase(), all.clone()),
-        regimes: all,
+        maps: ClosedFormMaps::new(&modal, scene.phase(), regimes.clone()),
+        regimes,
         phase: scene.phase(),
     };
     let (mut time, mut state) = (0.0, start.clone());
