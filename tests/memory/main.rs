@@ -18,8 +18,8 @@ use vibroimpact::{
 const LONG: f64 = 1e9;
 /// The texts of two runs, which have their counts in them, differ by no more.
 const TEXT: usize = 64;
-/// Two arcs of one or two coordinates, with what says which they are.
-const TWO_ARCS: usize = 256;
+/// The arcs of a contact that lasts, of one coordinate: one by exact flights, some steps otherwise.
+const CONTACT: usize = 512;
 
 /// A scene in which impacts go on for ever, its start and the method that moves it.
 struct Case {
@@ -136,10 +136,10 @@ fn impacts_kept_take_what_they_are_and_nothing_else_grows() {
             let (kept, peak) = run(&case, Keep::Impacts, factor * case.n_impacts);
             // A list that grows doubles its room, and while it moves has the old beside the new: three times what it holds.
             let list = 3 * (size_of_val(kept.impacts()) + size_of_val(kept.grazes()));
-            // A contact that lasts is read off the arc along it and the one behind.
+            // A contact that lasts is read off the arcs along it and the one behind.
             let contacts = kept.contacts().expect("kept");
             let lasting = contacts.iter().filter(|own| own.end > own.start).count();
-            let list = list + 3 * lasting * TWO_ARCS;
+            let list = list + 3 * lasting * CONTACT;
             assert!(
                 peak <= none + list + TEXT,
                 "{}: {peak} of {list}",
