@@ -40,8 +40,14 @@ def everything(workers, **options):
 
 
 def equal(one, other):
-    names = one.to_arrays()
-    return all(np.array_equal(names[k], other.to_arrays()[k], equal_nan=names[k].dtype.kind == "f") for k in names)
+    names, others = one.to_arrays(), other.to_arrays()
+    return all(equal_arrays(names[k], others[k]) for k in names)
+
+
+def equal_arrays(one, other):
+    if one.dtype.names:
+        return one.dtype == other.dtype and all(equal_arrays(one[name], other[name]) for name in one.dtype.names)
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
 @pytest.fixture(scope="module")

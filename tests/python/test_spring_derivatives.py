@@ -126,7 +126,7 @@ def test_a_place_that_is_remembered_has_none_yet():
     scene = vi.Scene(SOFT.system, SOFT.forcing, vi.Stop(0, 0.1, contact=vi.Spring(2.0, 40.0, release="force")))
     run = vi.simulate(scene, 0.0, 0.3, (0, 40), derivatives="contact_damping")
     assert np.isnan(run.derivatives["contact_damping"]).all()
-    assert "a stop that is met before it is back at its place" in run.message
+    assert "stop 0 is met before it is back at its place" in run.message
 
 
 def test_scenes_that_are_integrated_are_refused():

@@ -189,16 +189,14 @@ fn a_stiff_stop_is_a_rigid_one_with_an_error_like_one_over_the_root() {
 }
 
 #[test]
-fn what_takes_rigid_stops_alone_says_so() {
+fn patterns_other_than_one_contact_are_refused() {
     let run = between_two(ContactRelease::Gap);
-    let error = periodic_orbits(
-        run.scene(),
-        &Pattern::single(0),
-        &vibroimpact::OrbitOptions::default(),
-    );
+    let together = Pattern::together(&[0, 1]).expect("valid");
+    let options = vibroimpact::OrbitOptions::default();
+    let error = periodic_orbits(run.scene(), &together, &options);
     let error = error.expect_err("refused").to_string();
     assert!(
-        error.contains("periodic_orbits") && error.contains("stops[0]"),
+        error.contains("pattern") && error.contains("find_orbit"),
         "{error}"
     );
 }
