@@ -207,7 +207,7 @@ fn start(
 /// >>> {name: own.round(9).tolist() for name, own in run.derivatives.items()}
 /// {'clearance': [1.5, 0.0], 'restitution': [-3.0, -2.0]}
 #[pyfunction]
-#[pyo3(signature = (scene, q0, v0=None, t_span=None, *, method="auto", rtol=1e-9, atol=None, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false), text_signature = "(scene, q0, v0, t_span, *, method='auto', rtol=1e-09, atol=None, t_eval=None, keep='motion', max_impacts=None, ramp=None, derivatives=None, progress=False)")]
+#[pyo3(signature = (scene, q0, v0=None, t_span=None, *, method="auto", rtol=1e-9, atol=None, t_eval=None, keep="motion", max_impacts=None, ramp=None, derivatives=None, progress=false))]
 #[allow(clippy::too_many_arguments)] // the public signature
 pub(crate) fn simulate(
     py: Python<'_>,

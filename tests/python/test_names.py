@@ -129,7 +129,7 @@ def test_other_errors_of_a_call_stay_as_they_are():
 
 
 def test_functions_keep_their_signatures_and_can_be_sent():
-    assert str(inspect.signature(vi.simulate)).startswith("(scene, q0, v0, t_span, *,")
+    assert str(inspect.signature(vi.simulate)).startswith("(scene, q0, v0=None, t_span=None, *,")
     assert pickle.loads(pickle.dumps(vi.simulate)) is vi.simulate
 
 
