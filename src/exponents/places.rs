@@ -99,8 +99,7 @@ impl<'a> Places<'a> {
         }
         let change = |element: usize| {
             let (from, to) = (before.state(element), after.state(element));
-            let is_back = (from, to) == (ElementState::Relaxing, ElementState::Free);
-            if from == to || is_back || from.is_held() || to.is_held() {
+            if from == to || from.is_back(to) || from.is_held() || to.is_held() {
                 return None;
             }
             let law = self.laws[element].by_state();

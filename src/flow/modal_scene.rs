@@ -116,8 +116,9 @@ impl ModalScene {
         for (element, force) in g.forces(regime) {
             let direction = mass.times(&g.reactions.column(element).into_owned());
             let clearance = self.mean_clearances(&[element])[0];
-            let push = force.stiffness * clearance - force.preload;
-            excitation.load.axpy(push, &direction, 1.0);
+            excitation
+                .load
+                .axpy(-force.at(clearance, 0.0), &direction, 1.0);
             let motion = self.excitation.motion_of(element);
             let amplitudes = motion.map_or(&[][..], |own| &own.amplitudes);
             let frequencies = self.rotations.frequencies();
@@ -126,7 +127,7 @@ impl ModalScene {
                 if part.force.is_empty() {
                     part.force = DVector::zeros(n);
                 }
-                let push = amplitude * Complex::new(force.stiffness, force.damping * w);
+                let push = force.turned(*amplitude, w);
                 part.force.zip_apply(&direction, |own, b| *own += push * b);
             }
         }

@@ -72,7 +72,7 @@ impl RegimeDrive {
         let frequencies = self.given.rotations.frequencies();
         let turning = self.turning.iter_mut().zip(&motion.amplitudes);
         for ((acceleration, amplitude), w) in turning.zip(frequencies) {
-            let push = amplitude * Complex::new(force.stiffness, force.damping * w);
+            let push = force.turned(*amplitude, w);
             acceleration.zip_apply(reaction, |a, b| *a += push * b);
         }
         if let Some((signal, _)) = motion.signal {

@@ -452,7 +452,7 @@ fn over_mass(scene: &ModalScene, regime: &Regime) -> (DMatrix<f64>, DMatrix<f64>
     let mut own = system.solve_mass(&scene.excitation.constant(system.n_dof()));
     for (element, force) in g.forces(regime) {
         let clearance = scene.mean_clearances(&[element])[0];
-        own += g.reactions.column(element) * (force.stiffness * clearance - force.preload);
+        own -= g.reactions.column(element) * force.at(clearance, 0.0);
     }
     (stiffness, damping, own)
 }

@@ -50,8 +50,7 @@ impl<'a> CompliantStates<'a> {
         let mut changes = Vec::new();
         for own in &mut self.states {
             let to = regime.state(own.element);
-            let is_back = (own.state, to) == (ElementState::Relaxing, ElementState::Free);
-            if own.state != to && !is_back {
+            if own.state != to && !own.state.is_back(to) {
                 changes.push(StateChange { from: *own, to });
             }
             own.state = to;

@@ -97,11 +97,9 @@ pub(crate) fn monodromy<M: HybridMaps>(
 
 /// The element that begins to relax at a transition.
 fn left<M: HybridMaps>(motion: &M, transition: &Transition) -> Option<(usize, Relaxation)> {
-    let Transition::Change(guard, ElementState::Relaxing) = transition else {
-        return None;
-    };
-    let law = motion.contact_law(guard.element).by_state();
-    Some((guard.element, law.relaxation(ElementState::Relaxing)?))
+    let element = transition.left_to_relax()?;
+    let law = motion.contact_law(element).by_state();
+    Some((element, law.relaxation(ElementState::Relaxing)?))
 }
 
 /// The elements that relax at the start of a period and are met before they are back.

@@ -5,6 +5,7 @@ use crate::law::guard::GuardKind;
 use crate::law::regime::ElementState;
 use crate::quantity::positive_part;
 use crate::tolerance::PLACE_FORGOTTEN;
+use nalgebra::Complex;
 
 /// What an element adds to the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +39,11 @@ impl LinearForce {
     /// The force at a gap and its opening speed.
     pub fn at(self, gap: f64, speed: f64) -> f64 {
         self.preload - self.stiffness * gap - self.damping * speed
+    }
+
+    /// What a motion of the stop of an amplitude at a frequency adds to it, as a push along the reaction.
+    pub fn turned(self, amplitude: Complex<f64>, frequency: f64) -> Complex<f64> {
+        amplitude * Complex::new(self.stiffness, self.damping * frequency)
     }
 
     /// The size of its terms, from those of the gap and of its speed.

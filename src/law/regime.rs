@@ -36,6 +36,11 @@ impl ElementState {
         }
     }
 
+    /// Whether in the next state an element that relaxed is back at its place: nothing happens to a motion there.
+    pub fn is_back(self, next: Self) -> bool {
+        (self, next) == (Self::Relaxing, Self::Free)
+    }
+
     /// Whether its gap is kept at zero.
     pub fn is_held(self) -> bool {
         self == Self::Held

@@ -79,6 +79,14 @@ impl Transition {
         }
     }
 
+    /// The element that begins to relax here.
+    pub fn left_to_relax(&self) -> Option<usize> {
+        match self {
+            Self::Change(guard, ElementState::Relaxing) => Some(guard.element),
+            _ => None,
+        }
+    }
+
     /// The elements with which contacts begin: those struck, or one that is pressed from here on.
     pub fn begun(&self) -> Vec<usize> {
         let pressed = self.press().into_iter();

@@ -1,5 +1,5 @@
 //! The parts of a motion that its contacts are read from, of a run that does not keep all of it: those along which a stop is pressed or held,
-//! with the arc behind each; in scenes where what comes before counts the arc before each, too.
+//! with the arc behind each; in scenes with stops that give way the arc before each, too.
 
 use crate::hybrid::SegmentKind;
 use crate::hybrid::recorder::ArcSpan;
@@ -23,7 +23,7 @@ pub(crate) struct ContactParts {
     is_open: bool,
     /// Whether the next arc is the one behind a contact.
     wants_next: bool,
-    /// Whether arcs before contacts are kept: those of stops that give way, and of impacts whose reactions are not those of inertia.
+    /// Whether arcs before contacts are kept: in scenes with stops that give way.
     has_sides: bool,
     before: Option<ArcAside>,
     /// The numbers of that arc, shape `(n_numbers,)`, \[mixed\].

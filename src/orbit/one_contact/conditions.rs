@@ -12,7 +12,7 @@ use crate::orbit::two_instants::isolate::{IntervalEnd, IntervalModel, SearchInte
 use crate::orbit::two_instants::polish::Root;
 use crate::orbit::two_instants::taylor_model::{TAYLOR_TERMS, TaylorModel, UnscaledModel};
 use crate::tolerance::FLIGHT_TIME_ROUNDING;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 /// Steps of Newton's method from the zero of a polynomial of degree seven to that of the function. [work]
 const FINAL_STEPS: usize = 2;
@@ -280,11 +280,7 @@ impl<'a> Conditions<'a> {
     /// How deep the stop is pressed at the end of a contact.
     pub fn approach(&self, tau: f64, x: &DVector<f64>) -> f64 {
         let ended = self.pressed.flow(tau) * self.begun(x);
-        self.approach[0]
-            .iter()
-            .zip(&ended)
-            .map(|(row, y)| row * y)
-            .sum()
+        row_value(&self.approach[0], &ended)
     }
 
     /// The state at the beginning, in the modes of the pressed system, with a one and the phasor behind.
@@ -334,12 +330,7 @@ impl<'a> Conditions<'a> {
             let floor = FLIGHT_TIME_ROUNDING * series.size();
             IntervalModel { series, floor }
         };
-        let inside: f64 = self.approach[1]
-            .iter()
-            .zip(&ended)
-            .map(|(row, y)| row * y)
-            .sum();
-        if inside <= 0.0 {
+        if row_value(&self.approach[1], &ended) <= 0.0 {
             return Ok(None);
         }
         let span = self.cycle.span - tau;
@@ -363,6 +354,11 @@ impl<'a> Conditions<'a> {
     }
 }
 
+/// What a row sees of a state.
+fn row_value(row: &[f64], state: &DVector<f64>) -> f64 {
+    row.iter().zip(state).map(|(row, y)| row * y).sum()
+}
+
 /// A row over x, its value at the origin zero.
 fn over_x(row: &[UnscaledModel]) -> Vec<UnscaledModel> {
     row.iter().map(UnscaledModel::shifted).collect()
@@ -376,12 +372,12 @@ fn stop_row(scene: &ModalScene, stop: usize, force: LinearForce) -> Vec<f64> {
         .map(|(q, v)| force.stiffness * q + force.damping * v)
         .collect();
     let clearance = scene.mean_clearances(&[stop])[0];
-    row.push(force.preload - force.stiffness * clearance);
+    row.push(force.at(clearance, 0.0));
     let motion = scene.excitation.motion_of(stop);
     let amplitude = motion
         .and_then(|own| own.amplitudes.first().copied())
         .unwrap_or_default();
-    let turned = amplitude * Complex::new(force.stiffness, force.damping * scene.frequency);
+    let turned = force.turned(amplitude, scene.frequency);
     row.extend([-turned.re, turned.im]);
     row
 }

@@ -153,14 +153,9 @@ impl DurationSearch<'_> {
             }
         }
         if self.is_homogeneous() {
-            let opposite = roots.iter().map(|root| Root {
-                x: -&root.x,
-                ..*root
-            });
-            opposite
-                .collect::<Vec<_>>()
-                .into_iter()
-                .for_each(|root| keep(&mut roots, root, span));
+            for Root { dt, x } in roots.clone() {
+                keep(&mut roots, Root { dt, x: -x }, span);
+            }
         }
         // Nearer to an end than this nothing is searched: a contact, or the flight behind it, of no time.
         roots.retain(|root| root.dt.min(span - root.dt) >= SAME_FLIGHT_TIME * span);

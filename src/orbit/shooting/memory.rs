@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::hybrid::{ScaledUnits, Timed};
-use crate::law::{ElementState, Relaxation, Transition};
+use crate::law::{ElementState, Relaxation};
 use crate::orbit::shooting::closure::{Shooting, ShootingState};
 use nalgebra::{DMatrix, DVector};
 
@@ -22,11 +22,8 @@ impl Shooting<'_> {
         let element = self.stages.stage(k).transition.met_again()?;
         let law = self.motion.contact_law(element).by_state();
         let relaxation = law.relaxation(ElementState::Relaxing)?;
-        let leaves = |own: &usize| {
-            let stage = self.stages.stage(*own);
-            let is_own = matches!(stage.transition, Transition::Change(guard, _) if guard.element == element);
-            is_own && stage.regime.state(element) == ElementState::Relaxing
-        };
+        let leaves =
+            |own: &usize| self.stages.stage(*own).transition.left_to_relax() == Some(element);
         let count = self.stages.len();
         let left = (1..=count).map(|back| k + count - back).find(leaves)?;
         Some(Meeting {
