@@ -839,6 +839,19 @@ pub(crate) const TORUS_ON_CIRCLE: f64 = 1e-6;
 /// A boundary is located when it lies between points no farther apart than this arclength \[-\], on a branch and on a curve: loops close
 /// to [`ORBIT_CLOSED`], and nearer points are not told apart.
 pub(crate) const BRANCH_BOUNDARY_LENGTH: f64 = 1e-11;
+/// The first contact that is looked for behind a touch lasts for this part of the period \[-\] (theory 22), or for less, down to
+/// [`LEAST_BRIEF_CONTACT`]: what is neglected in its guess goes by the square.
+pub(crate) const BRIEF_CONTACT: f64 = 0.02;
+/// The shortest contact that is looked for behind a touch, in parts of the period \[-\]: the directions of its two instants differ by as much.
+pub(crate) const LEAST_BRIEF_CONTACT: f64 = 1e-6;
+/// A touch is that of a contact which comes to an end if it is no farther than this part of the range from where it is expected \[-\], or than
+/// the way to that; no derivation is known, tests/branch holds with it.
+pub(crate) const TOUCH_BESIDE: f64 = 1e-6;
+/// The first point behind a touch at which a contact came to its end is so far from it along the branch \[-\]: a touching orbit itself has no
+/// multipliers where these jump.
+pub(crate) const TOUCH_LEFT: f64 = 1e-3;
+/// The first step of a search for a touch along a branch \[-\], where none is expected.
+pub(crate) const TOUCH_SECANT_STEP: f64 = 1e-4;
 /// A stop is passed at a touch of it if the times differ by no more than this part of the period \[-\]; no derivation is known,
 /// tests/branch holds with it.
 pub(crate) const BREACH_AT_TOUCH: f64 = 1e-3;

@@ -64,6 +64,10 @@ pub fn accumulation<'a>(
         let rule = "it must be a graze, behind which an impact more is born";
         return Err(Error::bad_value("special", special.kind.name(), rule));
     };
+    // Compliant stops have no chatter to which grazes could lead.
+    if !special.orbit.scene().stops()[stop].contact().is_rigid() {
+        return Ok(None);
+    }
     let mut last = special.clone();
     let mut values = vec![special.parameter];
     while values.len() <= MOST_BORN_BRANCHES {

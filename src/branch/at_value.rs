@@ -3,7 +3,6 @@
 use crate::branch::continuation_parameter::ContinuationParameter;
 use crate::branch::options::{ContinuationOptions, Heading, Virtual};
 use crate::branch::result::Branch;
-use crate::branch::special::SpecialKind;
 use crate::continuation::EndReason;
 use crate::error::{Error, Result};
 use crate::orbit::PeriodicOrbit;
@@ -15,14 +14,14 @@ const STEPS_TO_VALUE: [f64; 3] = [1e-12, 0.1, 0.5];
 /// Points of such a way: of one that begins at a boundary there may be many. [work]
 const MOST_POINTS_TO_VALUE: [usize; 2] = [100, 10_000];
 
-/// A point of a branch, or a fold between two of them: from one of these to the next the parameter goes one way.
+/// A point of a branch, or a fold or a touch between two of them: from one of these to the next the parameter goes one way.
 #[derive(Clone, Copy)]
 pub(crate) struct BranchNode<'a> {
     pub arclength: f64,
     pub parameter: f64,
     pub orbit: &'a PeriodicOrbit,
     pub is_fold: bool,
-    /// Whether the branch turns back there: at a fold, and where a doubled one ends.
+    /// Whether orbits on the other side have other numbers or contacts: at a fold and a touch, and where a doubled branch ends.
     pub turns: bool,
 }
 
@@ -56,7 +55,7 @@ impl Branch {
         let points =
             (0..self.orbits.len()).map(|k| (self.arclength[k], self.parameter[k], &self.orbits[k]));
         let folds = self.special.iter();
-        let folds = folds.filter(|own| own.kind == SpecialKind::Fold);
+        let folds = folds.filter(|own| own.kind.divides());
         let folds = folds.map(|own| (own.arclength, own.parameter, &own.orbit));
         let is_doubled = |end: usize| self.ends[end].reason == EndReason::Doubling;
         nodes(points, folds, [0, 1].map(is_doubled))

@@ -9,6 +9,7 @@ use crate::branch::problem::{BranchProblem, Formulation};
 use crate::branch::result::Branch;
 use crate::branch::special::Special;
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::touch_outcome::TouchMultipliers;
 use crate::branch::walk::BranchWalk;
 use crate::branch::zero_problem::directions;
 use crate::continuation::{ScaledDirection, corrected, walk};
@@ -172,7 +173,9 @@ fn from_orbit(
             ..first.clone()
         };
         let mut walker = BranchWalk {
+            home: problem.clone(),
             problem: problem.clone(),
+            passed: None,
             options,
             reached: None,
         };
@@ -180,6 +183,11 @@ fn from_orbit(
     })?;
     let special = joined.special.into_iter().map(|(own, sign)| Special {
         arclength: sign * own.arclength,
+        touch: if sign < 0.0 {
+            own.touch.map(TouchMultipliers::reversed)
+        } else {
+            own.touch
+        },
         ..own
     });
     let mut branch = Branch {

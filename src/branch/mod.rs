@@ -22,6 +22,7 @@ mod border;
 mod boundary;
 mod candidate;
 mod collapse;
+mod contact_nodes;
 mod continuation_parameter;
 mod continued;
 mod crossings;
@@ -52,7 +53,10 @@ mod special;
 mod switching;
 mod symmetry;
 mod test_functions;
+mod through_touch;
 mod touch;
+mod touch_multipliers;
+mod touch_outcome;
 mod tree;
 mod walk;
 mod zero_problem;
@@ -70,6 +74,7 @@ pub use options::{ContinuationOptions, Heading, Virtual};
 pub use result::Branch;
 pub use special::{Special, SpecialKind};
 pub use switching::branches;
+pub use touch_outcome::{TouchMultipliers, TouchOutcome};
 pub use tree::{BranchTree, TreeOptions, branch_tree};
 
 #[cfg(feature = "python")]

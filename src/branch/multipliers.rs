@@ -23,7 +23,7 @@ pub(super) fn own_multipliers(orbit: &PeriodicOrbit) -> Result<Option<Vec<Comple
 }
 
 /// Leaves out the multiplier that is nearest to 1.
-fn without_one(own: &mut Vec<Complex<f64>>) {
+pub(super) fn without_one(own: &mut Vec<Complex<f64>>) {
     let off = |mu: &Complex<f64>| (mu - 1.0).norm();
     let nearest = (0..own.len()).min_by(|&i, &j| off(&own[i]).total_cmp(&off(&own[j])));
     nearest.map(|i| own.remove(i));

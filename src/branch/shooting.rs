@@ -137,7 +137,7 @@ impl BranchProblem<'_> {
         self.shooting_at(place, |shooting, _, units| {
             let ends = shooting.flight_ends(state, units)?;
             let speed = |instant: usize| {
-                let Some(stop) = self.signature.stages.impact(instant) else {
+                let Some(stop) = self.signature.stages.reached(instant) else {
                     return Ok(f64::NAN);
                 };
                 let flight = (instant + count - 1) % count;
@@ -163,7 +163,7 @@ impl BranchProblem<'_> {
     pub fn opening(&self, place: &ParametricLoop, instant: usize) -> Result<f64> {
         let (t, state) = (place.state.times[instant], &place.state.states[instant]);
         let stages = &self.signature.stages;
-        let Some(stop) = stages.impact(instant) else {
+        let Some(stop) = stages.reached(instant) else {
             return Ok(f64::NAN);
         };
         let others = stages[instant].regime.without(stop);

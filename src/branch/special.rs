@@ -2,8 +2,10 @@
 
 use crate::branch::predictor::AcceptedPoint;
 use crate::branch::problem::BranchProblem;
+use crate::branch::touch_outcome::TouchMultipliers;
 use crate::impact::Impact;
 use crate::itinerary::Coincidence;
+use crate::law::{ElementState, GuardKind, Law};
 use crate::orbit::{Breach, PeriodicOrbit, Rule};
 use crate::tolerance::{
     BREACH_AT_IMPACT, LOST_IMPACT_SPEED, REACHED_AT_IMPACT, ROUNDED_IMPACT_SPEED,
@@ -25,6 +27,10 @@ pub enum SpecialKind {
     BranchPoint,
     /// A stop that is not hit is touched.
     Graze,
+    /// A stop that gives way is touched: the branch goes on with a contact more, or one less, and its multipliers do so smoothly.
+    Touch,
+    /// The same where the multipliers jump.
+    BorderCollision,
     /// An impact has lost its speed.
     LostImpact,
     /// Two stops are hit at one instant.
@@ -43,12 +49,14 @@ pub enum SpecialKind {
 
 impl SpecialKind {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Fold,
         Self::PeriodDoubling,
         Self::Torus,
         Self::Pitchfork,
         Self::BranchPoint,
+        Self::Touch,
+        Self::BorderCollision,
         Self::Graze,
         Self::LostImpact,
         Self::Corner,
@@ -63,8 +71,39 @@ impl SpecialKind {
     pub fn is_boundary(self) -> bool {
         !matches!(
             self,
-            Self::Fold | Self::PeriodDoubling | Self::Torus | Self::Pitchfork | Self::BranchPoint
+            Self::Fold
+                | Self::PeriodDoubling
+                | Self::Torus
+                | Self::Pitchfork
+                | Self::BranchPoint
+                | Self::Touch
+                | Self::BorderCollision
         )
+    }
+
+    /// What the touch of a stop is, by its law: whether the orbits of a branch change smoothly there, their multipliers jump, or grow without bound.
+    pub(super) fn of_touch(law: &Law) -> Self {
+        let force = law.pressed_force();
+        if law.is_rigid() || force.preload > 0.0 {
+            return Self::Graze;
+        }
+        let guards = law.by_state().guards(ElementState::Pressed);
+        if force.damping > 0.0 && guards.contains(&GuardKind::Push) {
+            Self::BorderCollision
+        } else {
+            Self::Touch
+        }
+    }
+
+    /// Whether orbits on one side of it are not those on the other, followed by the number alone: the branch turns back, or contacts come and go.
+    pub(crate) fn divides(self) -> bool {
+        matches!(self, Self::Fold | Self::Touch | Self::BorderCollision)
+    }
+
+    /// The kind of a name.
+    #[cfg(feature = "python")]
+    pub(crate) fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|own| own.name() == name)
     }
 
     /// Its name.
@@ -76,6 +115,8 @@ impl SpecialKind {
             Self::Pitchfork => "pitchfork",
             Self::BranchPoint => "branch_point",
             Self::Graze => "graze",
+            Self::Touch => "touch",
+            Self::BorderCollision => "border_collision",
             Self::LostImpact => "lost_impact",
             Self::Corner => "corner",
             Self::ChatterBorder => "chatter_border",
@@ -104,6 +145,8 @@ pub struct Special {
     pub stop: Option<usize>,
     /// The time of the touch or the impact \[s\], counted from the first impact.
     pub time: Option<f64>,
+    /// Of a touch of a stop that gives way the multipliers on both sides.
+    pub touch: Option<TouchMultipliers>,
     /// Of a torus its rotation number: by what part of a turn a small deviation turns in a period, in (0, 1/2).
     pub rotation: Option<f64>,
     /// The tangent of the branch there, shape `(n_unknowns + 1,)`, \[-\]: the first state and the instants in scaled unknowns, then the
@@ -123,6 +166,7 @@ impl Special {
             orbit: point.orbit.clone(),
             stop: None,
             time: None,
+            touch: None,
             rotation: None,
             direction: point.tangent.numbers(),
         }
@@ -138,10 +182,14 @@ pub(super) fn of_boundary(
     speed: f64,
 ) -> Option<Special> {
     let own = breach_kind(broken, &at.orbit, speed)?;
+    let kind = match own.kind {
+        SpecialKind::Graze => SpecialKind::of_touch(broken.scene().stops()[own.stop].contact()),
+        kind => kind,
+    };
     Some(Special {
         stop: Some(own.stop),
         time: Some(own.time),
-        ..Special::at(own.kind, at, error)
+        ..Special::at(kind, at, error)
     })
 }
 

@@ -13,6 +13,7 @@ use crate::branch::release_onset::with_flight;
 use crate::branch::shooting_nodes::period;
 use crate::branch::simulated::simulated_beyond;
 use crate::branch::special::{Special, SpecialKind};
+use crate::branch::through_touch::with_brief_contact;
 use crate::branch::touch::TouchingLoop;
 use crate::branch::zero_problem::directions;
 use crate::continuation::{ScaledDirection, corrected};
@@ -103,6 +104,25 @@ fn meeting(
             None => Vec::new(),
         },
         (SpecialKind::BranchPoint, _) => crossed(problem, place, special)?,
+        (
+            SpecialKind::Touch
+            | SpecialKind::BorderCollision
+            | SpecialKind::Graze
+            | SpecialKind::LostImpact,
+            Some(touch),
+        ) if !problem.is_rigid_at(place, touch.0)? => {
+            // The branch itself has one, or none, in each round.
+            let own = if special.kind == SpecialKind::Graze {
+                1
+            } else {
+                2
+            };
+            let mut found = contacts_born(problem, place, touch, own)?;
+            if special.kind == SpecialKind::LostImpact {
+                found.extend(found_there(beside(problem, place, 1.0))?);
+            }
+            found
+        }
         (SpecialKind::Graze, Some(touch)) => born(problem, place, touch, None)?,
         (SpecialKind::LostImpact, Some(touch)) => lost(problem, place, touch)?,
         (SpecialKind::Rise, Some(rise)) => {
@@ -246,6 +266,28 @@ fn born(
     for rounds in 1..=MOST_BORN_ROUNDS {
         let (several, at) = problem.repeated(place, &place.state, &vec![0.0; rounds])?;
         with_impact(&several.with_touch(&at, touch)?)?;
+    }
+    Ok(found)
+}
+
+/// The orbits with a contact in one of some rounds of a loop that touches a stop which gives way, from a number of rounds to six.
+fn contacts_born(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    touch: (usize, f64),
+    first: usize,
+) -> Result<Vec<Candidate>> {
+    let mut found = Vec::new();
+    for rounds in first..=MOST_BORN_ROUNDS {
+        let (several, at) = problem.repeated(place, &place.state, &vec![0.0; rounds])?;
+        let Some(own) = with_brief_contact(&several, (&at, touch), None)? else {
+            continue;
+        };
+        found.push(Candidate {
+            parameter: own.point.place.value,
+            is_above: own.point.place.value > place.value,
+            orbit: own.point.orbit,
+        });
     }
     Ok(found)
 }

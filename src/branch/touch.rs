@@ -7,7 +7,7 @@ use crate::branch::shooting_nodes::{period, rebuilt};
 use crate::error::Result;
 use crate::hybrid::{ImpactOutcome, carried, impact_outcome, landing_on, reset};
 use crate::itinerary::Instant;
-use crate::law::Stage;
+use crate::law::{Stage, Transition};
 use crate::model::contacts;
 use crate::orbit::with_maps;
 
@@ -37,10 +37,17 @@ impl<'a> BranchProblem<'a> {
         let mut touched = instants[flight.unwrap_or(0)].clone();
         let span = (touched.start, time);
         let scene = self.scene(place.value)?;
+        let is_rigid = scene.stops()[stop].contact().is_rigid();
         let ImpactOutcome { transition, thrown } = with_maps(&scene, &self.signature, |motion| {
             let regime = &touched.stage.regime;
             touched.state = carried(motion, regime, span, &touched.state)?;
-            impact_outcome(motion, (stop, regime), time, &touched.state)
+            if is_rigid {
+                return impact_outcome(motion, (stop, regime), time, &touched.state);
+            }
+            Ok(ImpactOutcome {
+                transition: Transition::touch(stop),
+                thrown: Vec::new(),
+            })
         })?;
         (touched.time, touched.start) = (time, time);
         touched.stage.transition = transition;

@@ -3,12 +3,13 @@
 use crate::branch::advance::{BranchOutcome, advance};
 use crate::branch::bifurcations::bifurcations;
 use crate::branch::collapse::{ended, meeting, named};
-use crate::branch::options::ContinuationOptions;
+use crate::branch::options::{ContinuationOptions, Virtual};
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::Special;
 use crate::branch::test_functions::TestFunctionValues;
+use crate::branch::through_touch::{PassedTouch, is_passed, off_contact, onto_contact};
 use crate::branch::zero_problem::directions;
 use crate::continuation::{
     BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, Walk, tangent,
@@ -20,6 +21,10 @@ use crate::tolerance::OUTGROWN_UNITS;
 /// A branch that is followed.
 pub(super) struct BranchWalk<'a, 'o> {
     pub problem: BranchProblem<'a>,
+    /// That of its first point: behind a touch motions have other instants.
+    pub home: BranchProblem<'a>,
+    /// Where it goes on behind a touch, if the last point is beside one.
+    pub passed: Option<PassedTouch<'a>>,
     pub options: &'o ContinuationOptions,
     /// The end of the range, if the last step was to lead there.
     pub reached: Option<f64>,
@@ -37,6 +42,10 @@ impl Walk for BranchWalk<'_, '_> {
         points: &mut [AcceptedPoint],
         length: f64,
     ) -> Result<BranchOutcome> {
+        if let Some(PassedTouch { problem, point }) = self.passed.take() {
+            self.problem = problem;
+            return Ok(StepOutcome::Accepted(Box::new(point), Vec::new(), 1.0));
+        }
         let from = points.last().unwrap_or(first);
         if report(from.place.value).is_err() {
             return Ok(StepOutcome::end(broken_off(from)));
@@ -54,8 +63,12 @@ impl Walk for BranchWalk<'_, '_> {
             Ok(StepOutcome::Refused(StepFailure::NotOdd { .. }))
                 if self.options.symmetric.is_none() =>
             {
-                let end = go_on_whole(&mut self.problem, first, points)?;
+                let end = self.go_on_whole(first, points)?;
                 Ok(end.map_or(StepOutcome::Changed, StepOutcome::end))
+            }
+            outcome if self.options.beyond == Virtual::Stop => {
+                let from = points.last().unwrap_or(first);
+                self.through_touches(from, outcome?, length)
             }
             outcome => outcome,
         }
@@ -70,6 +83,11 @@ impl Walk for BranchWalk<'_, '_> {
         first: &AcceptedPoint,
         own: &AcceptedPoint,
     ) -> (ParametricLoop, BranchDirection) {
+        if !self.is_at_home() {
+            // Motions with other instants are far.
+            let away = BranchDirection::of_value(0).scaled(f64::INFINITY);
+            return (first.place.clone(), away);
+        }
         let turns = self.problem.turns(&first.place, &own.place);
         let begun = first.place.turned(turns);
         let home = self.problem.between(&begun, &own.place);
@@ -124,6 +142,80 @@ impl Walk for BranchWalk<'_, '_> {
     }
 }
 
+impl BranchWalk<'_, '_> {
+    /// Whether motions have the instants of the first point.
+    fn is_at_home(&self) -> bool {
+        let [home, here] = [&self.home, &self.problem].map(|own| &own.signature);
+        home.stages == here.stages && home.images.is_some() == here.images.is_some()
+    }
+
+    /// The outcome of a step of some length that leads to a touch of a stop that gives way: the branch goes on behind it.
+    fn through_touches(
+        &mut self,
+        from: &AcceptedPoint,
+        outcome: BranchOutcome,
+        length: f64,
+    ) -> Result<BranchOutcome> {
+        match outcome {
+            StepOutcome::End(last, mut special, end) => {
+                let touch = special.last_mut().filter(|own| is_passed(own));
+                let passed = touch.map_or(Ok(None), |own| onto_contact(&self.problem, own))?;
+                let Some(passed) = passed else {
+                    return Ok(StepOutcome::End(last, special, end));
+                };
+                let first = if let Some(last) = last {
+                    self.passed = Some(passed);
+                    last
+                } else {
+                    self.problem = passed.problem;
+                    Box::new(passed.point)
+                };
+                Ok(StepOutcome::Accepted(first, special, 1.0))
+            }
+            StepOutcome::Refused(failure) => {
+                let Some((special, passed)) = off_contact(&self.problem, from, length)? else {
+                    return Ok(StepOutcome::Refused(failure));
+                };
+                if !is_passed(&special) {
+                    let value = digits(special.parameter);
+                    let detail = format!("at {value} a contact has no duration");
+                    let end = BranchEnd::new(EndReason::Boundary, detail);
+                    let end = named(end, Some(&special));
+                    return Ok(StepOutcome::End(None, vec![special], end));
+                }
+                self.problem = passed.problem;
+                Ok(StepOutcome::Accepted(
+                    Box::new(passed.point),
+                    vec![special],
+                    1.0,
+                ))
+            }
+            outcome => Ok(outcome),
+        }
+    }
+
+    /// Replaces the loops of half a period by whole ones from the last point on; the end of the branch where these have no tangent.
+    fn go_on_whole(
+        &mut self,
+        first: &mut AcceptedPoint,
+        points: &mut [AcceptedPoint],
+    ) -> Result<Option<BranchEnd>> {
+        let from = points.last().unwrap_or(first);
+        let Some((whole, there)) = unfolded(&self.problem, from)? else {
+            let value = from.place.value;
+            return Ok(Some(StepFailure::NotOdd { value }.end()));
+        };
+        if let Some((home, begun)) = unfolded(&self.home, first)? {
+            (self.home, *first) = (home, begun);
+        }
+        self.problem = whole;
+        if let Some(last) = points.last_mut() {
+            *last = there;
+        }
+        Ok(None)
+    }
+}
+
 /// The instant whose flight or stick has no duration left, if that is why the corrector failed.
 fn failed_instant(
     problem: &BranchProblem<'_>,
@@ -138,27 +230,6 @@ fn failed_instant(
         | StepFailure::NoScene(_)
         | StepFailure::Distrusted(_) => None,
     }
-}
-
-/// Replaces the loops of half a period by whole ones from the last point on; the end of the branch where these have no tangent.
-fn go_on_whole(
-    problem: &mut BranchProblem<'_>,
-    first: &mut AcceptedPoint,
-    points: &mut [AcceptedPoint],
-) -> Result<Option<BranchEnd>> {
-    let from = points.last().unwrap_or(first);
-    let Some((whole, there)) = unfolded(problem, from)? else {
-        let value = from.place.value;
-        return Ok(Some(StepFailure::NotOdd { value }.end()));
-    };
-    if let Some((_, begun)) = unfolded(problem, first)? {
-        *first = begun;
-    }
-    *problem = whole;
-    if let Some(last) = points.last_mut() {
-        *last = there;
-    }
-    Ok(None)
 }
 
 /// A point of half a period as one of the whole, and its problem; none where that has no tangent.

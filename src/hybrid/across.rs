@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// The rest of impacts that accumulate on a stop, on a state before the first of them and on deviations from it, from the regime that lasts
 /// between them to the one after them; in a motion of some units.
-pub(crate) fn across_rest<M: HybridMaps>(
+pub(crate) fn across_rest<M: HybridMaps + ?Sized>(
     motion: &M,
     (stop, [lasting, after]): (usize, [&Regime; 2]),
     units: &ScaledUnits,
@@ -50,7 +50,7 @@ struct ImpactAt<'a> {
 
 /// A transition at a time, between two regimes, on a state and on deviations from it; `order` are the stops that are reached, in the order of
 /// their impacts.
-pub(crate) fn across<M: HybridMaps>(
+pub(crate) fn across<M: HybridMaps + ?Sized>(
     motion: &M,
     (transition, order): (&Transition, &[usize]),
     at: ((&Regime, &Regime), f64),
@@ -77,7 +77,7 @@ pub(crate) fn across<M: HybridMaps>(
 
 /// The impacts of the stops that receive an impulse at a time, one after the other, on a state and on deviations from it. Between the regimes
 /// before the first and after the last all is free. If fewer stops are reached than receive an impulse each impact is on all of them.
-pub(crate) fn across_impacts<M: HybridMaps>(
+pub(crate) fn across_impacts<M: HybridMaps + ?Sized>(
     motion: &M,
     (struck, order): (&[usize], &[usize]),
     ((mut before, last), time): ((&Regime, &Regime), f64),
@@ -106,7 +106,7 @@ pub(crate) fn across_impacts<M: HybridMaps>(
 
 /// The deviations of the place at which an element is left to relax, from those of the state before that instant: where an impact ends its
 /// force the two have different speeds, and the `delays` of the impact count.
-pub(crate) fn place_left<M: HybridMaps>(
+pub(crate) fn place_left<M: HybridMaps + ?Sized>(
     motion: &M,
     (element, relaxation): (usize, Relaxation),
     (time, state): (f64, &DVector<f64>),
@@ -122,7 +122,7 @@ pub(crate) fn place_left<M: HybridMaps>(
 }
 
 /// The delays of an instant at which the gap of a stop closes in a regime, by the deviations of the state before it.
-pub(crate) fn closing_delays<M: HybridMaps>(
+pub(crate) fn closing_delays<M: HybridMaps + ?Sized>(
     motion: &M,
     (stop, before): (usize, &Regime),
     (time, state): (f64, &DVector<f64>),
@@ -135,7 +135,7 @@ pub(crate) fn closing_delays<M: HybridMaps>(
 }
 
 /// The instant at which an element that relaxes is met, on deviations from a state, with those of its place (theory 22): its guard is `r - p`.
-pub(crate) fn across_meeting<M: HybridMaps>(
+pub(crate) fn across_meeting<M: HybridMaps + ?Sized>(
     motion: &M,
     (element, relaxation): (usize, Relaxation),
     ((before, after), time): ((&Regime, &Regime), f64),
@@ -155,7 +155,7 @@ pub(crate) fn across_meeting<M: HybridMaps>(
 }
 
 /// The impact of one stop, while all are free, on a state and on deviations from it.
-pub(crate) fn across_free_impact<M: HybridMaps>(
+pub(crate) fn across_free_impact<M: HybridMaps + ?Sized>(
     motion: &M,
     (stop, time): (usize, f64),
     state: &mut DVector<f64>,
@@ -171,7 +171,7 @@ pub(crate) fn across_free_impact<M: HybridMaps>(
 }
 
 /// The impact on a state and on deviations from it.
-fn across_impact<M: HybridMaps>(
+fn across_impact<M: HybridMaps + ?Sized>(
     motion: &M,
     instant: &ImpactAt<'_>,
     state: &mut DVector<f64>,

@@ -77,6 +77,12 @@ impl Itinerary {
         self.stage(k).transition.struck().first().copied()
     }
 
+    /// The stop that is hit at an instant, the first of several, or touched.
+    pub fn reached(&self, k: usize) -> Option<usize> {
+        self.impact(k)
+            .or_else(|| self.stage(k).transition.touched())
+    }
+
     /// The instants at which a stop is hit.
     pub fn impacts_on(&self, stop: usize) -> impl Iterator<Item = usize> + '_ {
         let is_on = move |k: &usize| self.stage(*k).transition.struck().contains(&stop);

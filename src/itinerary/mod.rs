@@ -3,6 +3,7 @@
 //! itinerary does not learn of them.
 
 mod arc;
+mod brief;
 mod compliant_states;
 mod instant;
 mod list;
@@ -11,6 +12,7 @@ mod short;
 mod transport;
 
 pub(crate) use arc::{ArcEnd, MotionArc, arcs_of, bounces, closing, contacts_begun, hits};
+pub(crate) use brief::{relaxed, states_of_touch, without_contact};
 pub(crate) use instant::{Instant, begun_with_impact, turned, without_first, without_impact};
 pub(crate) use list::{Itinerary, check_landings, check_laws, unsupported};
 pub(crate) use read::{ReadInstant, folded, instants_of, instants_of_arcs, uneventful_end};

@@ -24,7 +24,7 @@ impl PlaceDeviations {
 
 /// The derivative of the map over one period from just after the first instant, in (q, v), and behind them in the places of the elements that
 /// relax then and are met before they are back. `order` has the stops of each instant one after the other, but those held before it.
-pub(crate) fn monodromy<M: HybridMaps>(
+pub(crate) fn monodromy<M: HybridMaps + ?Sized>(
     motion: &M,
     order: &[Vec<usize>],
     arcs: &[MotionArc<DVector<f64>>],
@@ -96,14 +96,17 @@ pub(crate) fn monodromy<M: HybridMaps>(
 }
 
 /// The element that begins to relax at a transition.
-fn left<M: HybridMaps>(motion: &M, transition: &Transition) -> Option<(usize, Relaxation)> {
+fn left<M: HybridMaps + ?Sized>(
+    motion: &M,
+    transition: &Transition,
+) -> Option<(usize, Relaxation)> {
     let element = transition.left_to_relax()?;
     let law = motion.contact_law(element).by_state();
     Some((element, law.relaxation(ElementState::Relaxing)?))
 }
 
 /// The elements that relax at the start of a period and are met before they are back.
-fn out_at_start<M: HybridMaps>(
+fn out_at_start<M: HybridMaps + ?Sized>(
     motion: &M,
     arcs: &[MotionArc<DVector<f64>>],
 ) -> Vec<(usize, Relaxation)> {

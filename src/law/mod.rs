@@ -13,7 +13,7 @@ mod regime;
 mod spring;
 mod transition;
 
-pub(crate) use contact_law::{LinearForce, Outcome, Relaxation};
+pub(crate) use contact_law::{ContactLaw, LinearForce, Outcome, Relaxation};
 pub use contact_release::ContactRelease;
 pub(crate) use element_law::LawNumber;
 pub use element_law::{IntoLaw, Law};

@@ -42,6 +42,21 @@ impl Transition {
         Some(Self::Change(Guard { element, kind }, to))
     }
 
+    /// A touch of an element that gives way: its gap closes without a speed, and it stays free.
+    pub const fn touch(element: usize) -> Self {
+        Self::Change(Guard::gap(element), ElementState::Free)
+    }
+
+    /// The element that is touched without a speed.
+    pub fn touched(&self) -> Option<usize> {
+        match *self {
+            Self::Change(guard, ElementState::Free) if guard.kind == GuardKind::Gap => {
+                Some(guard.element)
+            }
+            _ => None,
+        }
+    }
+
     /// The element that begins to be pressed where nothing pushed it.
     pub fn press(&self) -> Option<usize> {
         match self {

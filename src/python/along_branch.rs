@@ -1,7 +1,8 @@
 //! What Python asks of a branch that it has: orbits at a value, functions along it, whether an orbit is one of its.
 
 use crate::branch::{
-    BranchNode, ContinuationParameter, MonitorZero, is_on_branch, monitored, nodes, orbits_at,
+    BranchNode, ContinuationParameter, MonitorZero, SpecialKind, is_on_branch, monitored, nodes,
+    orbits_at,
 };
 use crate::error::{Error, Result};
 use crate::orbit::PeriodicOrbit;
@@ -38,7 +39,9 @@ impl GivenBranch {
         let orbits = self.orbits.iter().map(|orbit| &orbit.get().0);
         let points = orbits.enumerate();
         let points = points.map(|(k, orbit)| (self.arclength[k], self.parameter[k], orbit));
-        let folds = self.special.iter().filter(|own| own.kind == "fold");
+        let divides =
+            |own: &&GivenSpecial| SpecialKind::of_name(&own.kind).is_some_and(SpecialKind::divides);
+        let folds = self.special.iter().filter(divides);
         let folds = folds.map(|own| (own.arclength, own.parameter, &own.orbit.get().0));
         let is_doubled = [0, 1].map(|end: usize| self.ends[end].0 == "doubling");
         let nodes = nodes(points, folds, is_doubled);

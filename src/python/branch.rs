@@ -85,11 +85,12 @@ struct Judged {
 
 fn judged(branch: Branch) -> Result<Judged> {
     let nan = Complex::new(f64::NAN, f64::NAN);
-    let width = 2 * branch
-        .orbits
-        .first()
-        .map_or(0, |orbit| orbit.scene().n_dof());
-    let mut multipliers = DMatrix::from_element(branch.orbits.len(), width, nan);
+    let first = branch.orbits.first();
+    let mut multipliers = DMatrix::from_element(
+        branch.orbits.len(),
+        2 * first.map_or(0, |orbit| orbit.scene().n_dof()),
+        nan,
+    );
     // Of many modes they were counted without an eigenproblem.
     let known = if branch.outside.is_none() {
         branch.orbits.as_slice()
@@ -99,7 +100,12 @@ fn judged(branch: Branch) -> Result<Judged> {
     for (k, orbit) in known.iter().enumerate() {
         let stability = orbit.stability()?;
         if let Some(order) = stability.orders.first() {
-            multipliers.set_row(k, &order.multipliers.transpose());
+            let own = order.multipliers.transpose();
+            // Of a stop that relaxes as the period begins there is one more.
+            if own.len() > multipliers.ncols() {
+                multipliers = multipliers.resize_horizontally(own.len(), nan);
+            }
+            multipliers.view_mut((k, 0), (1, own.len())).copy_from(&own);
         }
     }
     Ok(Judged {

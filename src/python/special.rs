@@ -31,8 +31,7 @@ pub(crate) struct GivenSpecial {
 impl GivenSpecial {
     /// The point; none of a zero of a monitor.
     pub fn read(&self) -> Option<Special> {
-        let all = SpecialKind::ALL.into_iter();
-        let kind = all.into_iter().find(|own| own.name() == self.kind)?;
+        let kind = SpecialKind::of_name(&self.kind)?;
         Some(Special {
             kind,
             parameter: self.parameter,
@@ -41,6 +40,7 @@ impl GivenSpecial {
             orbit: self.orbit.get().0.clone(),
             stop: self.stop,
             time: self.time,
+            touch: None,
             rotation: None,
             direction: self.direction.clone().into(),
         })
@@ -137,7 +137,19 @@ field!(Special => |own, py| {
     if let Some(rotation) = own.rotation {
         data.set_item("rotation_number", rotation)?;
     }
-    fields!(py, own => kind parameter error arclength orbit stop time direction; data: data)
+    let mut outcome = None;
+    if let Some(touch) = &own.touch {
+        for (name, [before, after]) in [
+            ("n_above_1", touch.n_above_1().map(|count| count as f64)),
+            ("n_below_minus_1", touch.n_below_minus_1().map(|count| count as f64)),
+            ("trace", touch.traces()),
+        ] {
+            data.set_item(format!("{name}_before"), before)?;
+            data.set_item(format!("{name}_after"), after)?;
+        }
+        outcome = Some(touch.outcome().name());
+    }
+    fields!(py, own => kind parameter error arclength orbit stop time direction; data: data; outcome: outcome)
 });
 
 field!(Candidate => |own, py| {

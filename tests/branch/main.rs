@@ -17,6 +17,7 @@ mod special;
 mod switching;
 mod symmetry;
 mod tips;
+mod touches;
 mod tree;
 mod two_at_once;
 mod verdicts;

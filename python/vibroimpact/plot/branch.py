@@ -20,6 +20,8 @@ MARKS = {
     "torus": ("P", "torus"),
     "pitchfork": ("p", "pitchfork"),
     "branch_point": ("*", "branch point"),
+    "touch": (">", "touch"),
+    "border_collision": ("<", "border collision"),
     "graze": ("^", "graze"),
     "lost_impact": ("v", "lost impact"),
     "corner": ("D", "corner"),

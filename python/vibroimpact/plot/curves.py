@@ -16,6 +16,8 @@ LINES: dict[str, tuple[str, Any, str]] = {
     "period_doubling": ("#d55e00", "--", "period doubling"),
     "torus": ("#565656", (0.0, (7.0, 1.5, 1.0, 1.5, 1.0, 1.5)), "torus"),
     "pitchfork": ("#8d4a63", (0.0, (3.0, 1.0)), "pitchfork"),
+    "touch": ("#009e73", (0.0, (5.0, 1.5)), "touch"),
+    "border_collision": ("#009e73", (0.0, (1.5, 1.0)), "border collision"),
     "graze": ("#009e73", "-", "graze"),
     "lost_impact": ("#8a1f5c", "--", "lost impact"),
     "corner": ("#c98600", "-.", "corner"),

@@ -28,6 +28,14 @@ def check_ends(ends: Sequence[tuple[str, str]]) -> None:
         raise ValueError(message)
 
 
+def _rows(each: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return lists of numbers as rows of one array, nan where one has fewer than others."""
+    rows = np.full((len(each), max(map(len, each))), np.nan)
+    for row, own in zip(rows, each, strict=True):
+        row[: len(own)] = own
+    return rows
+
+
 class Branch(ItemsRecord[Orbit]):
     """Periodic orbits of one pattern over a number of their scene: a sequence of m orbits, each beside those that it comes from.
 
@@ -77,7 +85,9 @@ class Branch(ItemsRecord[Orbit]):
         self._set("ends", tuple((str(reason), str(detail)) for reason, detail in self.ends))
 
     def _sizes(self) -> dict[str, int]:
-        return {"orbit": len(self.orbits), "multiplier": 2 * self.scene.n_dof}
+        # Of stops that relax as a period begins there are more than two for each degree of freedom.
+        known = self.multipliers.shape[-1] if np.ndim(self.multipliers) == 2 else 0
+        return {"orbit": len(self.orbits), "multiplier": max(2 * self.scene.n_dof, known)}
 
     def _check_more(self) -> None:
         check_ends(self.ends)
@@ -117,12 +127,13 @@ class Branch(ItemsRecord[Orbit]):
         """The phases of the forcing at the impacts [rad], in [0, 2 pi), shape (m, k); as ``speeds_before``."""
         return self._of_impacts("phase")
 
+    @property
+    def durations(self) -> NDArray[np.float64]:
+        """The durations of the contacts of each orbit [s], shape (m, k), zero of an impact; nan where it has fewer."""
+        return _rows([orbit.contacts["end"] - orbit.contacts["start"] for orbit in self.orbits])
+
     def _of_impacts(self, column: str) -> NDArray[np.float64]:
-        each = [orbit.impacts[column] for orbit in self.orbits]
-        rows = np.full((len(each), max(map(len, each))), np.nan)
-        for row, own in zip(rows, each, strict=True):
-            row[: len(own)] = own
-        return rows
+        return _rows([orbit.impacts[column] for orbit in self.orbits])
 
     def _items(self) -> tuple[Orbit, ...]:
         return self.orbits
@@ -163,6 +174,8 @@ class Branch(ItemsRecord[Orbit]):
         """Return the arrays beside the fields, with their dimensions: verdicts, impacts and monitors."""
         found: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {"is_virtual": (("orbit",), self.is_virtual)}
         found |= {name: (("orbit", "impact"), getattr(self, name)) for name in ("speeds_before", "phases")}
+        if any(stop.restitution is None for stop in self.scene.stops):
+            found["durations"] = ("orbit", "contact"), self.durations
         return found | {f"monitor_{name}": (("orbit",), values) for name, values in self.monitor.items()}
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:

@@ -123,12 +123,13 @@ class Special(Record):
         "fold": the branch turns back. "period_doubling": a multiplier passes through -1; of a doubled branch its end, with the
         orbit of half the period. "torus": two conjugate multipliers pass through the unit circle beside 1 and -1. "pitchfork":
         a motion that was its own mirror image ceases to be stable as such. "branch_point": another branch of the same pattern
-        is crossed. At a boundary, where the branch ends: "graze", a stop is touched; "lost_impact", an impact has lost its
-        speed; "corner", two stops are hit at one instant;
-        "chatter_border", lasting contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left
-        instead of held, or held instead of left; "rise", the contact force comes to zero while a stop is held;
-        "release_border", the same from behind: a flight from a release to the next landing on that stop has no duration left;
-        "vanishing_impacts", all impacts of the period lose their speed at once, and contact goes on.
+        is crossed. Where a stop that gives way is touched, and the branch goes on with a contact more or less: "touch", its
+        multipliers do so too; "border_collision", they jump. At a boundary, where the branch ends: "graze", a stop is touched;
+        "lost_impact", an impact has lost its speed; "corner", two stops are hit at one instant; "chatter_border", lasting
+        contact has no duration left; "landing_border", behind an impact with e = 0 the stop is left instead of held, or held
+        instead of left; "rise", the contact force comes to zero while a stop is held; "release_border", the same from behind: a
+        flight from a release to the next landing on that stop has no duration left; "vanishing_impacts", all impacts of the
+        period lose their speed at once, and contact goes on.
         "user:name": a monitor of that name is zero.
     parameter, error : float
         The number of the branch there, and how far it is known [its own unit].
@@ -141,7 +142,10 @@ class Special(Record):
     time : float or None
         The time of its touch or impact [s], counted from the first impact.
     data : dict of str to float
-        Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2).
+        Of a torus "rotation_number": by what part of a turn a small deviation turns in a period, in (0, 1/2). Of a touch or a
+        border collision the numbers of real multipliers above 1 and below -1 of the orbits before and behind it, as they come
+        near to it, "n_above_1_before", "n_above_1_after", "n_below_minus_1_before", "n_below_minus_1_after", and the sums of
+        all multipliers, "trace_before", "trace_after"; none of these where several stops are hit at one instant.
     direction : ndarray, shape (k,)
         The direction of the branch there [-]: first state and instants in scaled unknowns, the number in parts of the range. At
         the end of a doubled branch it is the difference of its two rounds, and the number stays.
@@ -149,6 +153,9 @@ class Special(Record):
         The number, None of a branch made by a callable.
     between : (float, float)
         The range of the branch.
+    outcome : str or None
+        Of a touch or a border collision what those numbers say by Feigin's rule: "fold", the orbits before and behind it are on
+        the same side; "doubling", an orbit of twice the period is born; "persists". None without them.
     is_virtual : bool
         Whether the orbit breaks a rule of contact.
     """
@@ -164,6 +171,7 @@ class Special(Record):
     direction: NDArray[np.float64] = array("unknown")
     parameter_name: str | None
     between: tuple[float, float]
+    outcome: str | None = None
 
     def _prepare(self) -> None:
         self._set("between", tuple(self.between))
@@ -205,14 +213,14 @@ class Special(Record):
         Returns
         -------
         list of Candidate
-            At a period doubling the orbit of twice the period; at a pitchfork one that is not its own mirror image (the other is
-            ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze those with
-            an impact more, in one to six rounds of the orbit; at a lost impact the orbit without it, and the others that are
-            born there; at a corner the orbit that hits the two stops in the other order, if there is one; at a rise the one that
-            leaves the stop there and lands on it again, at a release border the one that does not; at a landing border the one
-            with a stay or a flight more, or less. Where none of these keeps the rules beyond a boundary, the orbit that the
-            motion there is near, if it comes to the last one with the number. None at a fold or a torus. Those that keep them
-            come first. What is not found near the point is left out.
+            At a period doubling the orbit of twice the period; at a pitchfork one that is not its own mirror image (the other
+            is ``candidate.orbit.mirrored()``); at a branch point the orbits of the other branch, both ways; at a graze, a touch
+            or a border collision those with an impact or a contact more, in one to six rounds of the orbit; at a lost impact
+            the orbit without it, and the others that are born there; at a corner the orbit that hits the two stops in the other
+            order, if there is one; at a rise the one that leaves the stop there and lands on it again, at a release border the
+            one that does not; at a landing border the one with a stay or a flight more, or less. Where none of these keeps the
+            rules beyond a boundary, the orbit that the motion there is near, if it comes to the last one with the number. None
+            at a fold or a torus. Those that keep them come first. What is not found near the point is left out.
 
         Raises
         ------

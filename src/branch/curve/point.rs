@@ -79,6 +79,15 @@ pub(super) fn test_values(
                 all.push(("strong_1_3", sum + 1.0));
                 all.push(("strong_1_4", sum));
             }
+            // The touch of a stop that gives way makes no multiplier unbounded.
+            Condition::NoSpeed(instant)
+                if problem.signature.stages[instant]
+                    .transition
+                    .touched()
+                    .is_some() =>
+            {
+                all.push(("degenerate_graze", problem.opening(place, instant)?));
+            }
             Condition::NoSpeed(instant) => {
                 all.push(("graze_fold", test(1.0)?));
                 all.push(("resonant_graze", test(-1.0)?));

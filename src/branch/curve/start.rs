@@ -61,7 +61,7 @@ pub(super) fn begun<'a>(
             (SpecialKind::PeriodDoubling, _) => (Condition::Multiplier(-1.0), (whole, place)),
             (SpecialKind::Pitchfork, _) => (Condition::Multiplier(-1.0), half()?),
             (SpecialKind::Torus, _) => (Condition::OnCircle, (whole, place)),
-            (SpecialKind::Graze, Some(touch)) => {
+            (kind, Some(touch)) if is_touched(&whole, &place, (kind, touch.0))? => {
                 let touched = whole.with_touch(&place, touch)?;
                 let (problem, place) = (touched.problem, touched.place);
                 (Condition::NoSpeed(touched.instant), (problem, place))
@@ -88,6 +88,13 @@ pub(super) fn begun<'a>(
             (kind, _) => return Err(refused(&format!("a {}", kind.name()))),
         },
     };
+    let is_touch = match condition {
+        Condition::NoSpeed(k) => {
+            let touched = problem.signature.stages[k].transition.touched();
+            of.kind() == Some(SpecialKind::Graze) || touched.is_some()
+        }
+        _ => false,
+    };
     let plane = CurveProblem {
         recent: RecentScenesOfBoth::default(),
         make,
@@ -97,15 +104,28 @@ pub(super) fn begun<'a>(
         is_free: problem.is_free,
         units: problem.units,
         condition,
-        is_touch: of.kind() == Some(SpecialKind::Graze),
+        is_touch,
     };
     let second = start[1];
     Ok((plane, TwoParameterLoop { place, second }))
 }
 
+/// Whether the orbit of a special point of a kind touches its stop: where the contact with one that gives way comes to its end it does.
+fn is_touched(
+    problem: &BranchProblem<'_>,
+    place: &ParametricLoop,
+    (kind, stop): (SpecialKind, usize),
+) -> Result<bool> {
+    Ok(match kind {
+        SpecialKind::Touch | SpecialKind::BorderCollision | SpecialKind::Graze => true,
+        SpecialKind::LostImpact => !problem.is_rigid_at(place, stop)?,
+        _ => false,
+    })
+}
+
 /// The refusal of a special point that has no curve.
 fn refused(what: &str) -> Error {
-    let rule = "a curve there is of a fold, a period_doubling, a torus, a pitchfork, a graze, a lost_impact, a corner, or of an orbit that hits \
+    let rule = "a curve there is of a fold, a period_doubling, a torus, a pitchfork, a touch, a border_collision, a graze, a lost_impact, a corner, or of an orbit that hits \
                 stops at one instant";
     Error::bad_value("special", what, rule)
 }

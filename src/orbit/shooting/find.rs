@@ -206,7 +206,7 @@ pub(crate) fn begun(
     guess: Guess<'_>,
     n_periods: Option<usize>,
 ) -> Result<(Scene, Signature, ShootingState)> {
-    scene.check_stops_are_rigid(
+    scene.check_springs_are_linear(
         "what goes on from an orbit (continuation, derivatives, mirror images)",
     )?;
     begun_in_order(scene, guess, n_periods, None)

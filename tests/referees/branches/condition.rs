@@ -17,7 +17,9 @@ pub fn miss(look: &Look<'_>, kind: SpecialKind, stop: Option<usize>) -> Result<f
         }
         SpecialKind::PeriodDoubling => Ok(from_real(&derivative(look)?, -1.0)),
         SpecialKind::Torus => Ok(from_circle(&multipliers(look)?)),
-        SpecialKind::Graze => Ok(touch(look, stop.ok_or("a graze of no stop")?)),
+        SpecialKind::Graze | SpecialKind::Touch | SpecialKind::BorderCollision => {
+            Ok(touch(look, stop.ok_or("a graze of no stop")?))
+        }
         SpecialKind::LostImpact => {
             let stop = stop.ok_or("a lost impact on no stop")?;
             slowest(look, stop).ok_or("a lost impact on a stop that is not hit")
