@@ -48,7 +48,9 @@ fn record() -> Result<Signal> {
         })
         .collect();
     let largest = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    values.iter_mut().for_each(|value| *value *= PEAK / largest);
+    for value in &mut values {
+        *value *= PEAK / largest;
+    }
     Signal::samples(&times, &values)
 }
 
