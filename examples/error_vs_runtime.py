@@ -25,7 +25,7 @@ from report.contest.reference import Reference, load
 from report.contest.trial import Contestant
 
 WHOLE = Plan([10.0**-k for k in range(3, 14)], 2.0, {})
-QUICK = Plan([1e-3, 1e-6, 1e-9], 0.5, {"scipy": ["RK45", "DOP853"]})
+QUICK = Plan([1e-3, 1e-6, 1e-9], 0.5, {"scipy": ["RK45", "DOP853", "DOP853 without restarts"]})
 QUICK_CONTESTANTS = ("own", "scipy")
 
 

@@ -10,6 +10,7 @@ import time
 
 from report.extremes import (  # noqa: F401  (importing a family of cases puts them under their rows)
     driven,
+    giving_way,
     modes,
     orbits,
     pendulums,

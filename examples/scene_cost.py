@@ -132,6 +132,7 @@ def write(task: Job, much: Effort) -> Path:
         judge(one, points(one, sizes(one, much.is_quick), much.rounds_of_growth, much.counts, much.memory)) for one in series()
     ]
     counts = [(each, absent.counted(each)) for each in absent.absences()]
+    alike = [(each, absent.compared(each)) for each in absent.likenesses()]
     figures.features({group.key: (group, found) for group, found in measured}, task.output)
     figures.growth(judged, task.output)
     write_csv(task.output / "scene_cost.csv", feature_rows(measured))
@@ -140,7 +141,7 @@ def write(task: Job, much: Effort) -> Path:
         write_csv(task.output / "scene_cost_bare.csv", bare_rows(much.builds))
     target = task.output / "scene_cost.md"
     counter = tool() if much.counts else None
-    parts = page(measured, judged, counts, much.counts, much.builds, counter, task.quick)
+    parts = page(measured, judged, counts, alike, much.counts, much.builds, counter, task.quick)
     write_page(target, "What a scene costs", parts, ("numba",))
     return target
 

@@ -37,7 +37,7 @@ class Answer:
     def to(cls, problem: Problem) -> Answer:
         """Follow a problem."""
         flights, _ = followed(problem)
-        return cls(flights[-1].before, [flight.end for flight in flights if flight.stop >= 0][: problem.first])
+        return cls(flights[-1].before, [flight.end for flight in flights if flight.is_hit][: problem.first])
 
 
 def growth(changed: Answer, answer: Answer, scale: np.ndarray, step: float) -> tuple[np.ndarray, float]:

@@ -1,4 +1,4 @@
-"""Equations of motion, gaps and impacts of a scene, from its public attributes and the textbook, not from the library's core.
+"""Equations of motion, guards and impacts of a scene, from its public attributes and the textbook, not from the library's core.
 
 Everything is a formula (`formulas.py`) of time, positions and velocities. `number` makes the constants: `float` for the
 contestants, a type of more digits for the references.
@@ -21,7 +21,10 @@ Vector = Sequence[Any]
 
 @dataclass(frozen=True)
 class Equations:
-    """Formulas of a scene: accelerations of (t, q, v), the gap of each stop of (t, q), velocities after impact of (t, q, v)."""
+    """Formulas of a scene: accelerations of (t, q, v), the gap of each stop of (t, q), velocities after impact of (t, q, v).
+
+    Of stops that give way some are pressed: they push, have their gap with the other sign, and there are no impacts.
+    """
 
     n_dof: int
     acceleration: Traced
@@ -272,6 +275,19 @@ def impact(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Any, Vector,
     return after
 
 
+def push(stop: Any, scene: vi.Scene, number: Number) -> Callable[[Any, Vector, Vector], list[Any]]:
+    """Accelerations by a pressed stop, of (t, q, v): `-b (k p + c p')`, p how far it is pressed, `b` by inertia."""
+    to_gap, direction, rate = gap(stop, scene, number), normal(stop, scene, number), shift_rate(stop, number)
+    stiffness, damping = number(stop.contact.stiffness), number(stop.contact.damping)
+
+    def acceleration(t: Any, q: Vector, v: Vector) -> list[Any]:
+        n = direction(q)
+        force = to_gap(t, q) * stiffness - total([dot(v, n)], [rate(t)]) * damping
+        return [each * force for each in solved(mass_at(scene, q, number), n)]
+
+    return acceleration
+
+
 def mass_at(scene: vi.Scene, q: Vector, number: Number) -> list[list[Any]]:
     """Mass matrix at a position."""
     if isinstance(scene.system, vi.LinearSystem | vi.NonlinearSystem):
@@ -280,15 +296,24 @@ def mass_at(scene: vi.Scene, q: Vector, number: Number) -> list[list[Any]]:
     return pendulum_mass(chain, [sin(each) for each in q], [cos(each) for each in q])
 
 
-def equations(scene: vi.Scene, number: Number = float) -> Equations:
-    """All formulas of a scene."""
+def equations(scene: vi.Scene, number: Number = float, pressed: Sequence[int] = ()) -> Equations:
+    """All formulas of a scene; `pressed` are those of its stops that give way and push."""
     n = scene.n_dof
     q, v = [f"q{i}" for i in range(n)], [f"v{i}" for i in range(n)]
-    gaps, impacts = ([each(stop, scene, number) for stop in scene.stops] for each in (gap, impact))
-    move = accelerations(scene, number)
+    gaps = [gap(stop, scene, number) for stop in scene.stops]
+    sides = [number(-1 if k in pressed else 1) for k in range(len(gaps))]
+    impacts = [impact(stop, scene, number) for stop in scene.stops if stop.restitution is not None]
+    parts = [accelerations(scene, number), *(push(scene.stops[k], scene, number) for k in pressed)]
+
+    def move(t: Any, *x: Any) -> list[Any]:
+        return [total(terms) for terms in zip(*(part(t, x[:n], x[n:]) for part in parts), strict=True)]
+
     return Equations(
         n,
-        traced(lambda t, *x: move(t, x[:n], x[n:]), ["t", *q, *v]),
-        tuple(traced(lambda t, *x, each=each: [each(t, x)], ["t", *q]) for each in gaps),
+        traced(move, ["t", *q, *v]),
+        tuple(
+            traced(lambda t, *x, each=each, side=side: [each(t, x) * side], ["t", *q])
+            for each, side in zip(gaps, sides, strict=True)
+        ),
         tuple(traced(lambda t, *x, each=each: each(t, x[:n], x[n:]), ["t", *q, *v]) for each in impacts),
     )

@@ -32,7 +32,7 @@ COLOURS = {
     "sundae": "#0b8f9c",
     "siconos": "#d6559b",
 }
-MARKERS = ("o", "s", "^", "D", "v")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 OWN_MARKERS = {"exact": "o", "taylor": "D", "rk45": "s", "dop853": "P", "radau": "^", "auto": "o"}
 WRONG = {"x": "wrong number of impacts", "1": "through the stop, or far off", ">": "stopped at the bound", "+": "failed"}
 

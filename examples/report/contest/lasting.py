@@ -130,14 +130,14 @@ def check_calm(piece: Any, functions: Functions, contact: Contact) -> None:
 def by_exponentials(problem: Problem, flights: list[Flight]) -> Any:
     """Largest difference of any flight's end from the matrix exponential's, of a limit from that of one impact earlier."""
     functions, n = Functions.of(problem), problem.scene.n_dof
-    free = state_matrix(problem)
-    return max(gaps_of_ends(problem, functions, free, n, flights))
+    return max(gaps_of_ends(problem, functions, n, flights))
 
 
-def gaps_of_ends(problem: Problem, functions: Functions, free: Any, n: int, flights: list[Flight]) -> Iterator[Any]:
+def gaps_of_ends(problem: Problem, functions: Functions, n: int, flights: list[Flight]) -> Iterator[Any]:
     """The differences, flight by flight."""
+    matrices = {pressed: state_matrix(problem, pressed) for pressed in {flight.pressed for flight in flights}}
     for last, flight in zip([None, *flights], flights, strict=False):
-        matrix = free
+        matrix = matrices[flight.pressed]
         if flight.held >= 0:
             contact = Contact.of(functions, flight.held)
             matrix = projected(problem, contact)

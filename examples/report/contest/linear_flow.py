@@ -22,10 +22,10 @@ from .problems import Problem
 SAMPLES = 200  # in a turn of the fastest oscillation
 
 
-def state_matrix(problem: Problem) -> Any:
+def state_matrix(problem: Problem, pressed: tuple[int, ...] = ()) -> Any:
     """Matrix of `z' = A z`, its load and its columns read off the accelerations of the system without its forcing."""
     scene, n = problem.scene, problem.scene.n_dof
-    free = Functions.of(replace(problem, scene=vi.Scene(scene.system, None, scene.stops)))
+    free = Functions.of(replace(problem, scene=vi.Scene(scene.system, None, scene.stops)), pressed)
     driven, zero = tones(scene, mp.mpf), [mp.mpf(0)] * (2 * n)
     load = free.acceleration(mp.mpf(0), *zero)
     units = [free.acceleration(mp.mpf(0), *([mp.mpf(k == j) for k in range(2 * n)])) for j in range(2 * n)]
@@ -83,10 +83,10 @@ class LinearPiece:
 class LinearFlow:
     """Makes the flights of a linear scene."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, pressed: tuple[int, ...] = ()) -> None:
         """Find the eigenvectors once."""
         self.problem = problem
-        self.values, self.vectors = mp.eig(state_matrix(problem))
+        self.values, self.vectors = mp.eig(state_matrix(problem, pressed))
         self.inverse = mp.inverse(self.vectors)
 
     def __call__(self, t: Any, x: list[Any]) -> Iterator[LinearPiece]:

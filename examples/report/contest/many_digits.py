@@ -49,7 +49,10 @@ Flow = Callable[[Any, list[Any]], Iterator[Piece]]
 
 @dataclass(frozen=True)
 class Flight:
-    """A flight that ends on a stop, or at the end of the motion (stop -1); or a span in which the stop `held` is in contact."""
+    """A flight that ends on a stop, or at the end of the motion (stop -1); or a span in which the stop `held` is in contact.
+
+    Of a scene whose stops give way some may be pressed along it; it ends where one is met or, of these, left.
+    """
 
     start: Any
     state: list[Any]
@@ -57,6 +60,12 @@ class Flight:
     before: list[Any]
     stop: int
     held: int = -1
+    pressed: tuple[int, ...] = ()
+
+    @property
+    def is_hit(self) -> bool:
+        """Whether a stop is met at its end."""
+        return self.stop >= 0 and self.stop not in self.pressed
 
 
 @dataclass(frozen=True)
@@ -70,11 +79,11 @@ class Functions:
     impacts: list[Callable[..., Any]]
 
     @classmethod
-    def of(cls, problem: Problem) -> Functions:
-        """Those of a problem."""
+    def of(cls, problem: Problem, pressed: tuple[int, ...] = ()) -> Functions:
+        """Those of a problem, with the stops that are pressed."""
         space = {"sin": mp.sin, "cos": mp.cos, "mpf": mp.mpf}
-        exact: Equations = equations(problem.scene, mp.mpf)
-        double = equations(problem.scene)
+        exact: Equations = equations(problem.scene, mp.mpf, pressed)
+        double = equations(problem.scene, pressed=pressed)
         return cls(
             exact.n_dof,
             exact.acceleration.function(space),

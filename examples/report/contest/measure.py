@@ -10,7 +10,7 @@ import numpy as np
 
 from .contestants import Outcome, Tolerances, entrant
 from .contestants.ensembles import Ends
-from .problems import Ensemble, Problem
+from .problems import Compliant, Ensemble, Problem
 from .reference import Reference
 from .trial import PREPARATION_BOUND, Contestant, Stopped
 
@@ -86,7 +86,7 @@ def judged(problem: Problem, reference: Reference, outcome: Outcome) -> dict[str
     errors = {"n_impacts": found, "state_error": state_error, "time_error": float(late.max(initial=0.0))}
     if not np.all(np.isfinite(outcome.state)):
         return {"n_impacts": found, "verdict": "not finite"}
-    if depth > FELL:
+    if depth > FELL and not isinstance(problem, Compliant):
         return {**errors, "verdict": "through the stop"}
     if not is_complete:
         return {**errors, "verdict": f"{found} of {wanted} impacts"}

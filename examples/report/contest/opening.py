@@ -14,10 +14,10 @@ from .problems import Problem
 OPEN = 1e-14  # gap after an impact, in the units of the problems
 
 
-def opening(problem: Problem, stop: int) -> tuple[int, Traced]:
-    """A coordinate, and its change, of (t, q), that sets the gap to `OPEN` (a curved one up to a product of small numbers)."""
+def opening(problem: Problem, stop: int, wanted: float = OPEN) -> tuple[int, Traced]:
+    """A coordinate, and its change, of (t, q), that sets the gap to a value (a curved one up to a product of small numbers)."""
     scene = problem.scene
     to_gap, to_normal = gap(scene.stops[stop], scene, float), normal(scene.stops[stop], scene, float)
     leading = next(i for i, each in enumerate(to_normal(problem.q0)) if each != 0.0)
     names = ["t", *(f"q{i}" for i in range(scene.n_dof))]
-    return leading, traced(lambda t, *q: [(to_gap(t, q) - OPEN) / to_normal(q)[leading]], names)
+    return leading, traced(lambda t, *q: [(to_gap(t, q) - wanted) / to_normal(q)[leading]], names)

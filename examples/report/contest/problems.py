@@ -73,6 +73,11 @@ class Ensemble(Problem):
         return Problem(self.name, self.title, self.scene, start[:n], start[n:], self.end)
 
 
+@dataclass(frozen=True, eq=False)
+class Compliant(Problem):
+    """A scene whose stops give way: asked for are the times at which contacts begin, and a state may lie inside a stop."""
+
+
 def oscillator() -> Problem:
     """One degree of freedom, forced below its resonance, one stop."""
     scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic(1, 0.8), vi.Stop(0, 0.5, 0.8))
@@ -214,6 +219,33 @@ def sticking() -> Problem:
     return Problem("sticking", "Chattering and sticking oscillator", scene, (0.0,), (0.0,), 40.0, first=5)
 
 
+def elastic_stop() -> Compliant:
+    """An oscillator whose motion without the stop would come within a hundredth of it, before a spring 29 times its own."""
+    w = 0.8
+    scene = vi.Scene(vi.LinearSystem(1, 0.02, 1), vi.Harmonic(0.7 * w**2, w), vi.Stop(0, 1.26, contact=vi.Spring(29.0)))
+    return Compliant("elastic_stop", "One elastic stop", scene, (0.0,), (0.5,), 100.0)
+
+
+def kelvin_voigt() -> Compliant:
+    """An oscillator between two springs with dashpots, which pull at the end of each contact."""
+    stops = [
+        vi.Stop(0, 0.5, contact=vi.Spring(20.0, 0.5, release="gap")),
+        vi.Stop(0, 0.9, side="lower", contact=vi.Spring(35.0, 0.5, release="gap")),
+    ]
+    scene = vi.Scene(vi.LinearSystem(1, 0.1, 1), vi.Harmonic(1, 0.8), stops)
+    return Compliant("kelvin_voigt", "Two Kelvin-Voigt stops", scene, (0.0,), (0.3,), 60.0)
+
+
+def four_masses() -> Compliant:
+    """Four masses, each on a soft spring of its own, with bumpers between neighbours; the first one is driven."""
+    bumper = vi.Spring(40.0, 0.3, release="gap")
+    between = ([1.0, -1.0, 0.0, 0.0], [0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 1.0, -1.0])
+    stops = [vi.Stop(normal, gap, contact=bumper) for normal, gap in zip(between, (0.2, 0.1, 0.15), strict=True)]
+    system = vi.LinearSystem([1.0, 0.8, 1.2, 1.0], [0.05, 0.05, 0.05, 0.05], [1.0, 1.5, 0.8, 2.0])
+    scene = vi.Scene(system, vi.Harmonic([1.0, 0.0, 0.0, 0.0], 1.1), stops)
+    return Compliant("four_masses", "Four masses with gaps", scene, (0.0,) * 4, (0.5, 0.0, 0.0, 0.0), 40.0)
+
+
 def many(name: str, title: str, scene: vi.Scene) -> Ensemble:
     """Two thousand starts at rest, ten periods of the forcing each."""
     grid = np.meshgrid(np.linspace(-0.1, 0.05, COUNT[0]), np.linspace(-0.2, 0.05, COUNT[1]))
@@ -252,5 +284,8 @@ def problems() -> list[Problem]:
         ball(),
         shallow(),
         sticking(),
+        elastic_stop(),
+        kelvin_voigt(),
+        four_masses(),
         *ensembles(),
     ]

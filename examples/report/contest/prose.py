@@ -12,7 +12,7 @@ from .condition import Condition
 from .contestants import NEEDS, contestant, entrant
 from .front import LEVELS, OWN, Lead, is_ahead_at_worst, label
 from .measure import BASE, BUDGET, FELL, LEAST_ROUNDS, LOST, ROUNDS, SLOW, Plan, Point
-from .problems import COUNT, Ensemble, Problem
+from .problems import COUNT, Compliant, Ensemble, Problem
 from .reference import Reference
 from .trial import LEAST
 
@@ -40,6 +40,8 @@ RULES = """## Rules
 - *Many starts*: the error is the largest over {sample} of the trajectories, which have a reference; a wrong number of impacts
   in any of these is a wrong answer. SciPy follows {few} of them, and its time is counted for all: the bound of a call is that of
   {few} trajectories for it, of {all} for the others. Times of impact are not asked for.
+- *Stops that give way*: times are those at which contacts begin, their number is that of the contacts, and a final position in
+  a stop is no fault. Peers have a terminal event at each beginning and end of a contact, or follow the motion without.
 - *Stopped*: a call that takes longer than {bound:g} s, a triangle at the right edge; finer tolerances are not tried then. An
   exception is a plus at the left edge.
 - *Leader* of a level: the fastest of those that reach it, nothing interpolated. A peer has its fastest point there; the library
@@ -229,8 +231,9 @@ def contestants(points: Sequence[Point], wanted: Iterable[Problem]) -> str:
         module = contestant(name)
         methods = ", ".join(dict.fromkeys(p.method for p in points if p.package == name))
         lines.append(f"- *{module.DISTRIBUTION}* {version(module.DISTRIBUTION)} ({methods}). {' '.join(module.__doc__.split())}")
-        many = next((entrant(name, each) for each in wanted if isinstance(each, Ensemble)), None)
-        lines[-1] += f" Many starts: {' '.join(many.__doc__.split())}" if many else ""
+        for kind, words in ((Ensemble, "Many starts"), (Compliant, "Stops that give way")):
+            other = next((entrant(name, each) for each in wanted if isinstance(each, kind)), None)
+            lines[-1] += f" {words}: {' '.join(other.__doc__.split())}" if other else ""
     absent = [name for name in NEEDS if name not in present]
     if absent:
         lines.append(f"\nNot installed, or not asked for, where this was made: {', '.join(absent)}.")

@@ -12,10 +12,10 @@ from mpmath import mp
 
 import vibroimpact as vi
 
-from . import collocation, extrapolation, lasting, linear_flow, many_digits, taylor_flow
+from . import collocation, extrapolation, lasting, linear_flow, many_digits, switches, taylor_flow
 from .equations import matrix_of
 from .motion import motion
-from .problems import Ensemble, problems
+from .problems import Compliant, Ensemble, problems
 from .reference import FOLDER, fingerprint
 
 DIGITS = 25  # stored
@@ -38,6 +38,8 @@ def followed(problem):
     """Flights of a problem in many digits, and the name of the way."""
     if problem.name == "ball":
         return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of the parabola"
+    if isinstance(problem, Compliant):
+        return switches.motion(problem), "eigenvectors of the state matrix of each set of pressed stops"
     if isinstance(problem.scene.system, vi.LinearSystem) and is_held(problem.scene.system):
         return motion(problem, linear_flow.LinearFlow(problem)), "eigenvectors of the state matrix"
     return motion(problem, taylor_flow.TaylorFlow(problem)), "Taylor series of order 44"
@@ -67,7 +69,7 @@ def make(name: str) -> None:
     motions, ways = zip(*map(followed, members), strict=True)
     found = [checked(member, flights) for member, flights in zip(members[::CHECKED], motions[::CHECKED], strict=True)]
     difference, check = max(found)
-    times = [[flight.end for flight in flights if flight.stop >= 0][: problem.first] for flights in motions]
+    times = [[flight.end for flight in flights if flight.is_hit][: problem.first] for flights in motions]
     scale = np.max([largest(flights, problem.scene.n_dof) for flights in motions], axis=0)
     which = f"ends of flights{f' of {len(found)} of {len(members)} trajectories' if is_many else ''}"
     lines = [

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .equations import equations
-from .problems import Ensemble, Problem
+from .problems import Compliant, Ensemble, Problem
 
 FOLDER = Path(__file__).with_name("references")
 
@@ -31,7 +31,8 @@ class Reference:
 
 def fingerprint(problem: Problem) -> str:
     """A problem in twelve letters: its formulas with ten digits of each number, its starts and its end."""
-    formulas = equations(problem.scene)
+    pressed = range(len(problem.scene.stops)) if isinstance(problem, Compliant) else ()
+    formulas = equations(problem.scene, pressed=pressed)
     starts = problem.starts[problem.sample].ravel() if isinstance(problem, Ensemble) else problem.start
     words = [f"{each:.10g}" for each in (*starts, problem.end)]
     for formula in (formulas.acceleration, *formulas.gaps, *formulas.impacts):

@@ -36,6 +36,17 @@ def impacts(make: Make, keep: str = "final", samples: int = 0, start: Any = STAR
     return run
 
 
+def pressed(law: Any, method: str) -> Run:
+    """Contacts with the first stop of the pair."""
+    scene = pair(stops=[vi.Stop(0, 0.1, contact=law)])
+
+    def run(units: int) -> int:
+        done = vi.simulate(scene, *START, (0.0, IMPACT_EVERY * units), method=method, rtol=LOOSE, keep="final")
+        return int(done.stats.n_contacts or done.stats.n_impacts)
+
+    return run
+
+
 def steps(make: Make, keep: str = "final", samples: int = 0, method: str = "rk45") -> Run:
     """So many steps of an integrator; the number of times asked for is that per step."""
     scene = make()
@@ -161,6 +172,7 @@ def exact() -> Group:
             case("a second stop", lambda: pair(stops=stops(2))),
             case("a third stop", lambda: pair(stops=stops(3))),
             case("a fourth stop", lambda: pair(stops=stops(4))),
+            case("a spring out of reach for the second stop", lambda: pair(stops=[*stops(1), scenes.spring_out_of_reach()])),
             case('keep="impacts"', one(), "impacts"),
             case('keep="motion"', one(), "motion"),
             case("t_eval, one time per impact", one(), "final", 1),
@@ -262,6 +274,29 @@ def contact() -> Group:
     )
 
 
+def springs() -> Group:
+    """One contact with the first stop of the pair, by its law."""
+
+    def case(name: str, law: Any, method: str = "exact") -> Case:
+        return Case(name, lambda: pressed(law, method), 5_000, 500)
+
+    pulling = vi.Spring(100.0, scenes.DASHPOT, release="gap")
+    return Group(
+        "law",
+        "Laws of contact",
+        "contact",
+        (
+            case("rigid", vi.Newton(1.0)),
+            case("a spring", vi.Spring(100.0)),
+            case('a dashpot beside it, `release="gap"`', pulling),
+            case('`release="clipped"`', vi.Spring(100.0, scenes.DASHPOT, release="clipped")),
+            case('`release="force"`', vi.Spring(100.0, scenes.DASHPOT, release="force")),
+            case("a preload", vi.Spring(100.0, preload=0.1)),
+            case('`method="rk45"`', pulling, "rk45"),
+        ),
+    )
+
+
 def readings() -> Group:
     """One instant read of a motion that has been kept."""
     return Group(
@@ -279,4 +314,4 @@ def readings() -> Group:
 @functools.cache
 def groups() -> tuple[Group, ...]:
     """Every group."""
-    return exact(), stepped(), series(), callables(), gaps(), contact(), readings()
+    return exact(), stepped(), series(), callables(), gaps(), contact(), springs(), readings()

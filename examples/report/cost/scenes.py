@@ -22,6 +22,7 @@ NONE = [[0.0, 0.0], [0.0, 0.0]]
 PROPORTIONAL = [[5.0 * SMALL, -2.0 * SMALL], [-2.0 * SMALL, 3.0 * SMALL]]
 OTHER = [[SMALL, 0.0], [0.0, 0.0]]
 FREQUENCY = 0.77
+DASHPOT = 1e-6  # so weak that thousands of contacts follow each other
 START = [0.0, 0.0], [0.7, 0.7]
 # Time between two impacts of the pair, and between two Runge-Kutta steps.
 IMPACT_EVERY, STEP_EVERY = 3.2, 0.1
@@ -60,6 +61,11 @@ def record(span: float, every: float) -> vi.Load:
 def moving_stop() -> vi.Stop:
     """The first stop, which moves by nothing that can be seen."""
     return vi.Stop(0, 0.1, 1.0, motion=vi.Harmonic([SMALL], FREQUENCY))
+
+
+def spring_out_of_reach() -> vi.Stop:
+    """A stop in the place of the second one that gives way and is never reached."""
+    return vi.Stop(1, 50.0, contact=vi.Spring(100.0, 1.0, release="gap"))
 
 
 def pair(damping: Any = NONE, forcing: Any = None, stops: Any = (), load: Any = None) -> vi.Scene:

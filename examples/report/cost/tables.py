@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from report.cost.absent import COUNTS, Absence, is_zero
+from report.cost.absent import COUNTS, Absence, Likeness, is_zero
 from report.cost.case import Group
 from report.cost.instructions import CALLS, KINDS
 from report.cost.measure import Row
@@ -138,6 +138,19 @@ def fixed(groups: Iterable[tuple[Group, Sequence[Row]]]) -> str:
             if row is rows[0] or f"{group.key}: {row.name}" in SHORT_CALLS
         ],
     )
+
+
+def alike(found: Sequence[tuple[Likeness, tuple[dict[str, int], dict[str, int], bool]]]) -> str:
+    """The counts of scenes that differ by a law of contact that never acts."""
+
+    def cell(name: str, rigid: dict[str, int], other: dict[str, int]) -> str:
+        return f"{rigid[name]}" if rigid[name] == other[name] else f"{rigid[name]}, {other[name]}"
+
+    rows = [
+        [likeness.name, *(cell(name, rigid, other) for name in COUNTS), "the same" if is_same else "NOT THE SAME"]
+        for likeness, (rigid, other, is_same) in found
+    ]
+    return table(["scene", *COUNTS, "counts and final state"], rows)
 
 
 def absent(found: Sequence[tuple[Absence, dict[str, int]]]) -> str:

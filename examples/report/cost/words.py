@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 
 from report.cost import frugal, judged, laws, periods, tables
-from report.cost.absent import Absence, is_zero
+from report.cost.absent import Absence, Likeness, is_zero
 from report.cost.bare import words as bare
 from report.cost.bare.compare import Found
 from report.cost.bare.copies import is_possible
@@ -20,6 +20,7 @@ from report.page import table
 
 Measured = Sequence[tuple[Group, Sequence[Row]]]
 Counts = Sequence[tuple[Absence, dict[str, int]]]
+Likenesses = Sequence[tuple[Likeness, tuple[dict[str, int], dict[str, int], bool]]]
 Claims = Sequence[tuple[frugal.Claim, float, float, float | None, bool]]
 EQUAL = 0.01
 # Groups whose cases are no additions to the first.
@@ -49,13 +50,15 @@ def counting(counter: str | None, quick: bool) -> str:
     )
 
 
-def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims, builds: Found) -> str:
+def verdicts(found: Sequence[Judged], counts: Counts, alike: Likenesses, claims: Claims, builds: Found) -> str:
     """How many verdicts hold, and which do not."""
+    same = [is_same for _, (*_, is_same) in alike]
     zero = [is_zero(absence, numbers) for absence, numbers in counts]
     hold = [holds for *_, holds in claims]
     laws_hold = [verdict == "holds" for one in found for verdict in (one.verdict(), one.verdict_on_memory())]
     broken = [
         *(f"{absence.name}: counts that must be zero are not" for absence, numbers in counts if not is_zero(absence, numbers)),
+        *(f"{likeness.name}: not as a scene of rigid stops" for likeness, (*_, is_same) in alike if not is_same),
         *(f"{c.case}: {made:.3g} {c.what()} in a unit, may be {c.words()}" for c, _, made, _, holds in claims if not holds),
         *bare.broken(builds),
         *(f"{one.series.title}: {one.verdict()}" for one in found if one.verdict() != "holds"),
@@ -63,6 +66,7 @@ def verdicts(found: Sequence[Judged], counts: Counts, claims: Claims, builds: Fo
     ]
     lines = [
         f"- Scenes whose counts are zero where they must be: {sum(zero)} of {len(zero)}.",
+        f"- Laws of contact that never act leave every count and every bit as they are: {sum(same)} of {len(same)} scenes.",
         *([f"- Claims that nothing is spent on what is absent: {sum(hold)} of {len(hold)} hold."] if hold else []),
         *bare.short(builds),
         f"- Laws of growth, of cost and of memory: {sum(laws_hold)} of {len(laws_hold)} hold.",
@@ -174,11 +178,15 @@ def claim_parts(claims: Claims) -> Iterator[str]:
     )
 
 
-def absent_parts(measured: Measured, counts: Counts, claims: Claims, builds: Found, quick: bool) -> Iterator[str]:
+def absent_parts(
+    measured: Measured, counts: Counts, alike: Likenesses, claims: Claims, builds: Found, quick: bool
+) -> Iterator[str]:
     """What is absent costs nothing."""
     yield "## What is absent costs nothing"
     yield "`trajectory.stats` counts what ran. What a scene lacks must not have run once."
     yield tables.absent(counts)
+    yield "A scene of rigid stops pays nothing for laws of contact that no stop of it has, nor for one that never acts:"
+    yield tables.alike(alike)
     if claims:
         yield from claim_parts(claims)
         yield "Everything that was looked at:"
@@ -219,6 +227,7 @@ def page(
     measured: Measured,
     found: Sequence[Judged],
     counts: Counts,
+    alike: Likenesses,
     counted: Mapping[str, PerUnit],
     builds: Found,
     counter: str | None,
@@ -230,8 +239,8 @@ def page(
         short(measured),
         TIMES,
         counting(counter, quick),
-        verdicts(found, counts, claims, builds),
+        verdicts(found, counts, alike, claims, builds),
         *feature_parts(measured),
-        *absent_parts(measured, counts, claims, builds, quick),
+        *absent_parts(measured, counts, alike, claims, builds, quick),
         *growth_parts(found),
     ]

@@ -10,6 +10,7 @@ from mpmath import mp, mpf
 from report.extremes.bodies import flown
 from report.extremes.exponential import system
 from report.extremes.extrapolated import extrapolated
+from report.extremes.giving_way import elastic, given_back
 from report.extremes.modes import upside_down
 from report.extremes.motion import Motion
 from report.extremes.oscillator import oscillator
@@ -99,6 +100,24 @@ def at_rest() -> tuple[str, mpf]:
     return "release without slope: state of the neighbour, closed form of a mode", apart([mpf(0), 3 * y], [q, v])
 
 
+def on_springs() -> Iterator[tuple[str, mpf]]:
+    """Contacts with a preload, and with dashpots that pull or do not, by the closed form of the motion while pressed."""
+    still = (mpf(0),) * 3
+    c, k, preload, u = mpf(0.5), mpf(40), mpf(0.7), mp.sqrt(0.75)
+    (start,), (end,), _ = elastic(1)(c, k, preload, mpf(1))
+    found = oscillator(mpf(0), 1 + k, k * c - preload, *still, c, u, mpf(0), end - start)
+    yield "preloaded spring: duration of a contact, closed form of the motion", apart([c, -u], [part[0] for part in found])
+    for zeta, is_pulling in ((mpf(0.2), True), (mpf(0.2), False), (mpf(1), False)):
+        duration, share, _ = given_back(zeta, mp.sqrt(k), is_pulling)
+        damping = 2 * zeta * mp.sqrt(k)
+        left = mpf(0) if is_pulling else damping * share / k
+        found = oscillator(damping, k, mpf(0), *still, mpf(0), mpf(1), mpf(0), duration)
+        name = (
+            f"dashpot that {'pulls' if is_pulling else 'does not pull'}, zeta = {float(zeta):g}: share, closed form of the motion"
+        )
+        yield name, apart([left, -share], [part[0] for part in found])
+
+
 def two_links() -> tuple[str, mpf]:
     """A double pendulum by steps of two lengths."""
     inputs = [mpf(x) for x in (1e6, 1.0, 0.9, -0.7, 0.1, 0.2, 0.03)]
@@ -116,4 +135,15 @@ def swing() -> tuple[str, mpf]:
 def checks() -> list[tuple[str, mpf]]:
     """Every check: what is compared and how far it is apart."""
     with mp.workdps(50):
-        return [*oscillators(), orbit(), separatrix(), last_bounce(), bounces(), pressed(), at_rest(), swing(), two_links()]
+        return [
+            *oscillators(),
+            orbit(),
+            separatrix(),
+            last_bounce(),
+            bounces(),
+            pressed(),
+            at_rest(),
+            *on_springs(),
+            swing(),
+            two_links(),
+        ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+STIFF = "springs 1e4 to 1e12 times as stiff as the system"
+PRELOADED = "a preload, and rest at its seat"
 NEARLY_TOGETHER = "two stops hit within 1e-12 of each other"
 
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -68,6 +70,13 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "stuck in several stops",
         "released by another stop's impact",
         "released with L' = 0 too",
+    ),
+    "Stops that give way": (
+        STIFF,
+        "a spring 1e-6 of the system's",
+        "critically damped while pressed",
+        PRELOADED,
+        "a touch of 1e-12 of the amplitude",
     ),
     "Periodic orbits": (
         "T over 1e4 free periods",

@@ -10,7 +10,7 @@ from report.extremes.finding import EPSILON, FACTOR, Finding, short
 from report.extremes.lost import Series
 from report.extremes.motion import ATOL, MARGIN, RTOL
 from report.extremes.registry import DIGITS
-from report.extremes.rows import GROUPS, NEARLY_TOGETHER
+from report.extremes.rows import GROUPS, NEARLY_TOGETHER, PRELOADED, STIFF
 from report.page import table
 
 Rows = Mapping[str, list[Finding]]
@@ -22,6 +22,11 @@ WHY = {
     NEARLY_TOGETHER: """a gap below 1e-13 of its terms is closed, for rounding may leave as much after many flights. When the
   second of two coupled stops is reached, the first is open by less than that: it counts as still in contact, and both are struck
   together. The speeds are those of theory; the places are off by the width that counts as closed.""",
+    STIFF: """in exact flights the place at which a body meets a stop is rounded, and a spring of frequency w makes a speed of
+  that rounding times w: so much of each speed behind a contact with a dashpot is lost, and of all that comes later. Without a
+  dashpot it is the square of that.""",
+    PRELOADED: """exact flights are counted from the place at which the spring would be at rest, F0/k before the seat: where that
+  is far, its rounding times the frequency is what the speed behind a contact is off.""",
     "T under 1e-3 of a free period": """the impulse is what a period of the steady motion leaves. Where damping is strong it
   comes from a sum whose terms are hundreds of times as large, that cancel because the motion repeats; so many roundings are
   lost.""",

@@ -18,7 +18,7 @@ from types import ModuleType
 
 import numpy as np
 
-from ..problems import Ensemble, Problem
+from ..problems import Compliant, Ensemble, Problem
 
 #: Module here, and the module that it needs.
 NEEDS = {
@@ -31,6 +31,8 @@ NEEDS = {
     "sundae": "sksundae",
     "siconos": "siconos.kernel",
 }
+#: Folders of those that are driven otherwise than for one motion past rigid stops.
+KINDS = {Ensemble: "ensembles", Compliant: "compliant"}
 #: Of these, the ones that come from elsewhere than a package index, compiled for one interpreter and one NumPy.
 FOREIGN = {"siconos"}
 
@@ -76,7 +78,8 @@ def contestant(name: str) -> ModuleType:
 
 
 def entrant(name: str, problem: Problem) -> ModuleType | None:
-    """The module that a contestant enters for a problem, None if it has none for many starts."""
-    if not isinstance(problem, Ensemble):
+    """The module that a contestant enters for a problem, None if it has none for problems of its kind."""
+    kind = KINDS.get(type(problem))
+    if kind is None:
         return contestant(name)
-    return contestant(f"ensembles.{name}") if importlib.util.find_spec(f"{__name__}.ensembles.{name}") else None
+    return contestant(f"{kind}.{name}") if importlib.util.find_spec(f"{__name__}.{kind}.{name}") else None
