@@ -72,6 +72,7 @@ __all__ = [
     "_restore_trajectory",
     "_settle_seeds",
     "_simulate_rows",
+    "_touch_outcome",
     "_uncertainty_exponent",
     "_unknown",
     "audit_recovery",
@@ -940,6 +941,7 @@ def _bifurcation_curve(
 def _beyond(
     point: Special, make: Callable[[float], Scene] | None, delta: float | None, periods: int, kick: Callable[[int], _FloatArray]
 ) -> _Fields: ...
+def _touch_outcome(above_1: list[int], below_minus_1: list[int]) -> str: ...
 def _orbits_at(branch: Branch, make: Callable[[float], Scene] | None, value: float) -> list[Orbit]: ...
 def _is_on_branch(branch: Branch, make: Callable[[float], Scene] | None, orbit: Orbit, value: float) -> bool: ...
 def _monitored(

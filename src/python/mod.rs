@@ -96,7 +96,7 @@ mod _core {
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]
-    use super::special::{_accumulation, _beyond, _branches};
+    use super::special::{_accumulation, _beyond, _branches, _touch_outcome};
     #[pymodule_export]
     use super::sweep::{_check_existence, _existence_at, _existence_cells, _simulate_rows};
     #[pymodule_export]

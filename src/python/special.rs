@@ -2,6 +2,7 @@
 
 use crate::branch::{
     self, Beyond, BeyondOptions, Candidate, ContinuationParameter, Special, SpecialKind,
+    TouchOutcome,
 };
 use crate::error::{Error, Result};
 use crate::python::made::raised_or;
@@ -90,6 +91,12 @@ pub(crate) fn _branches(
     found?.unwrap_or_default().field(py)
 }
 
+/// What becomes of a branch at a touch, by the numbers of real multipliers above 1 and below -1 on both sides.
+#[pyfunction]
+pub(crate) fn _touch_outcome(above_1: [usize; 2], below_minus_1: [usize; 2]) -> &'static str {
+    TouchOutcome::of_counts(above_1, below_minus_1).name()
+}
+
 /// The border towards which grazes accumulate; none of elastic impacts.
 #[pyfunction]
 pub(crate) fn _accumulation(
@@ -137,7 +144,6 @@ field!(Special => |own, py| {
     if let Some(rotation) = own.rotation {
         data.set_item("rotation_number", rotation)?;
     }
-    let mut outcome = None;
     if let Some(touch) = &own.touch {
         for (name, [before, after]) in [
             ("n_above_1", touch.n_above_1().map(|count| count as f64)),
@@ -147,9 +153,8 @@ field!(Special => |own, py| {
             data.set_item(format!("{name}_before"), before)?;
             data.set_item(format!("{name}_after"), after)?;
         }
-        outcome = Some(touch.outcome().name());
     }
-    fields!(py, own => kind parameter error arclength orbit stop time direction; data: data; outcome: outcome)
+    fields!(py, own => kind parameter error arclength orbit stop time direction; data: data)
 });
 
 field!(Candidate => |own, py| {

@@ -171,7 +171,6 @@ class Special(Record):
     direction: NDArray[np.float64] = array("unknown")
     parameter_name: str | None
     between: tuple[float, float]
-    outcome: str | None = None
 
     def _prepare(self) -> None:
         self._set("between", tuple(self.between))
@@ -183,6 +182,15 @@ class Special(Record):
         if len(self.between) != 2:
             message = f"between is {self.between!r}, but (low, high) is needed"
             raise ValueError(message)
+
+    @property
+    def outcome(self) -> str | None:
+        """What becomes of the branch at a touch or a border collision, by Feigin's rule; None elsewhere, and without its numbers."""
+        if "n_above_1_before" not in self.data:
+            return None
+        sides = ("before", "after")
+        above, below = ([int(self.data[f"{name}_{side}"]) for side in sides] for name in ("n_above_1", "n_below_minus_1"))
+        return _core._touch_outcome(above, below)
 
     @property
     def is_virtual(self) -> bool:
