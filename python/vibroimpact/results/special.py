@@ -185,7 +185,7 @@ class Special(Record):
 
     @property
     def outcome(self) -> str | None:
-        """What becomes of the branch at a touch or a border collision, by Feigin's rule; None elsewhere, and without its numbers."""
+        """What becomes of the branch at a touch or a border collision, by Feigin's rule; None elsewhere or without numbers."""
         if "n_above_1_before" not in self.data:
             return None
         sides = ("before", "after")
