@@ -1,7 +1,7 @@
 //! The motion of any scene in a regime (theory 9): the contact forces keep their gaps from accelerating.
 
 use crate::error::Result;
-use crate::law::{ElementState, Regime};
+use crate::law::{ElementState, Guard, GuardKind, Regime};
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -35,6 +35,35 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
             forces.extend(own.map(|force| (element, force)));
         }
         Ok(forces)
+    }
+
+    /// The forces that guard the regime, each above zero while its element stays in its state.
+    pub fn guards(
+        &self,
+        guards: &[Guard],
+        at: Moment,
+        (q, v): (&[f64], &[f64]),
+    ) -> Result<Vec<f64>> {
+        let held = if self.regime.constrained().is_empty() {
+            Vec::new()
+        } else {
+            self.forces(at, q, v, &mut vec![0.0; q.len()])?
+        };
+        let constrained = self.regime.constrained();
+        let of = |guard: &Guard| {
+            let element = guard.element;
+            let place = constrained.iter().position(|own| *own == element);
+            let held = place.map_or(0.0, |k| held[k]);
+            let seat = || self.contacts[element].law.by_state().seat();
+            let own = || self.own_force(element, ElementState::Pressed, at, (q, v));
+            Ok(match guard.kind {
+                GuardKind::Excess => seat().unwrap_or(0.0) - held,
+                GuardKind::Push => own()?.unwrap_or(0.0),
+                GuardKind::Pull => -own()?.unwrap_or(0.0),
+                _ => held,
+            })
+        };
+        guards.iter().map(of).collect()
     }
 
     /// The force of an element that its law gives in a state.

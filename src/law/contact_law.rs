@@ -68,6 +68,13 @@ impl Relaxation {
         positive_part(place - gone * (place + self.beyond))
     }
 
+    /// A place after a time, with its speed and acceleration then.
+    pub fn along(self, place: f64, time: f64) -> [f64; 3] {
+        let there = self.after(place, time);
+        let speed = self.speed(there);
+        [there, speed, -self.rate * speed]
+    }
+
     /// The speed at which a place goes back.
     pub fn speed(self, place: f64) -> f64 {
         -self.rate * (place + self.beyond)

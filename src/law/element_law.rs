@@ -2,7 +2,6 @@
 
 use crate::error::Result;
 use crate::law::contact_law::{ContactLaw, LinearForce, Outcome};
-use crate::law::guard::GuardKind;
 use crate::law::newton::Newton;
 use crate::law::regime::ElementState;
 use crate::law::spring::Spring;
@@ -171,13 +170,6 @@ impl Law {
             ElementState::Pressed => !self.is_rigid(),
             _ => guards.any(|guard| law.outcome(pressed, *guard) == Outcome::Enters(state)),
         }
-    }
-
-    /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.
-    pub(crate) fn ends_at_gap(&self) -> bool {
-        let guards = self.by_state().guards(ElementState::Pressed);
-        let ends = |kind: &GuardKind| !matches!(kind, GuardKind::Push);
-        guards.iter().all(ends)
     }
 
     /// Whether it may keep its gap at zero: a rigid one by any force, one that gives way by no more than its preload.

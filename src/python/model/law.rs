@@ -83,8 +83,7 @@ impl PyNewton {
 ///     without a place of its own. Required with damping: papers differ in it, and a free body is given back more of its speed by the
 ///     last two, by 9 % at a damping ratio of 0.2 and 83 % at 0.5. Without damping all are one.
 /// preload : float, default 0
-///     F0 [N], the force at which the stop begins to give way. Under less a body rests at its seat, p = 0 ("seated"). With exact flights of
-///     linear scenes alone.
+///     F0 [N], the force at which the stop begins to give way. Under less a body rests at its seat, p = 0 ("seated").
 ///
 /// Raises
 /// ------
