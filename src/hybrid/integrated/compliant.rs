@@ -104,12 +104,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             GuardKind::Excess => return self.excess(guard).map(Some),
             _ => return Ok(None),
         };
-        let own = self.contacts[element].law.pressed_force();
         let now = self.gap(element);
-        let size = |gap: f64, speed: f64| own.stiffness * gap + own.damping * speed;
+        let law = self.contacts[element].law.by_state();
+        let grip = law.grip(-now.gap, -now.speed);
+        let rate = -grip.by_approach * now.speed - grip.by_rate * now.acceleration;
         Ok(Some([
-            [sign * own.at(now.gap, now.speed), size(gap, speed)],
-            [-sign * size(now.speed, now.acceleration), size(speed, bend)],
+            [sign * grip.value, grip.change_at(gap, speed)],
+            [sign * rate, grip.change_at(speed, bend)],
             unknown,
             unknown,
         ]))

@@ -95,12 +95,11 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         let guard = self.force_guards[k];
         let constrained = self.regime.constrained();
         let Some(place) = constrained.iter().position(|own| *own == guard.element) else {
-            let own = self.contacts[guard.element].law.pressed_force();
-            let (gap, speed) = (
-                self.gaps[guard.element].size,
-                self.speed_size(guard.element),
-            );
-            return Ok(GAP_ROUNDING * own.size_at(gap, speed));
+            let own = self.gap(guard.element);
+            let law = self.contacts[guard.element].law.by_state();
+            let grip = law.grip(-own.gap, -own.speed);
+            let size = grip.size_at(own.size, self.speed_size(guard.element));
+            return Ok(GAP_ROUNDING * size);
         };
         let sizes = self.acceleration_sizes(constrained)?;
         let delassus = self.delassus(constrained)?;

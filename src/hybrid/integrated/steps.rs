@@ -463,7 +463,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             }
             halvings = 0;
             if is_recorded {
-                self.record(dynamics, h, last.filter(|_| is_last), recorder)?;
+                self.record(dynamics, h, is_last.then_some(last).flatten(), recorder)?;
             }
             self.arrive(h);
             self.advance_gaps();
