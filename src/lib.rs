@@ -49,7 +49,7 @@ pub use derivative::*;
 pub use error::{Error, Result};
 pub use exponents::*;
 pub use impact::*;
-pub use law::{ContactRelease, IntoLaw, Law, Newton, Spring};
+pub use law::{ContactRelease, Hertz, IntoLaw, Law, Newton, Spring};
 pub use modal::{Modes, Spectrum, modes, modes_in, spectrum, spectrum_in};
 pub use model::*;
 pub use nalgebra;

@@ -21,6 +21,7 @@ __all__ = [
     "Family",
     "Fourier",
     "Harmonic",
+    "Hertz",
     "LinearSystem",
     "Load",
     "Modes",
@@ -112,7 +113,7 @@ _Fields: TypeAlias = dict[str, Any]
 #: Threads, whether progress is shown, what is asked whether to go on.
 _Engine: TypeAlias = tuple[int | None, bool, Callable[[], None] | None]
 
-_Law: TypeAlias = "Newton | Spring"
+_Law: TypeAlias = "Newton | Spring | Hertz"
 
 _BEYOND_OUTCOMES: tuple[str, ...]
 _END_REASONS: tuple[str, ...]
@@ -374,6 +375,32 @@ class Spring:
     def preload(self) -> float: ...
     @property
     def release(self) -> Literal["gap", "force", "clipped"] | None: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[float, float], dict[str, Any]]: ...
+
+@final
+class Hertz:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __new__(
+        cls,
+        stiffness: float,
+        exponent: float = 1.5,
+        *,
+        damping: float = 0.0,
+        dissipation: Literal["hunt-crossley", "tsuji"] = "hunt-crossley",
+        release: Literal["gap", "clipped"] | None = None,
+    ) -> Self: ...
+    def equivalent_restitution(self, mass: float, speed: float | None = None) -> float: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def exponent(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def dissipation(self) -> Literal["hunt-crossley", "tsuji"]: ...
+    @property
+    def release(self) -> Literal["gap", "clipped"] | None: ...
     def __eq__(self, value: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[float, float], dict[str, Any]]: ...
 

@@ -407,7 +407,8 @@ mod tests {
     use crate::error::Result;
     use crate::flow::steps::Tolerance;
     use crate::model::{
-        Contact, Forcing, GapFunction, LinearSystem, Moment, NonlinearStop, Scene, contacts,
+        Contact, Forcing, GapFunction, LinearSystem, Moment, NonlinearStop, Scene, WatchedGap,
+        contacts,
     };
     use nalgebra::DVector;
 
@@ -442,6 +443,7 @@ mod tests {
 
     fn bounded(contact: &Contact, order: usize) -> BoundedGap<'_> {
         BoundedGap {
+            watched: WatchedGap::Gap,
             contact,
             curvature: contact.surface.curvature().expect("given"),
             order,

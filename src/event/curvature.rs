@@ -14,7 +14,7 @@
 use crate::error::Result;
 use crate::event::step_path::{Expansion, StepPath, derivative_bounds};
 use crate::flow::steps::Tolerance;
-use crate::model::{Contact, Moment};
+use crate::model::{Contact, Moment, WatchedGap};
 use crate::tolerance::{GAP_KNOWN_ROUNDINGS, GAP_ROUNDING, TERM_ROUNDINGS};
 
 /// The error of a gap for an error of the state as large as its tolerance \[m\].
@@ -26,6 +26,8 @@ pub(crate) fn gap_tolerance(tolerance: Tolerance, (steepness, size): (f64, f64))
 /// A gap with a bound on its curvature along a step.
 pub(crate) struct BoundedGap<'a> {
     pub contact: &'a Contact,
+    /// What is searched of it, at the start of the step.
+    pub watched: WatchedGap,
     /// K
     pub curvature: f64,
     /// The order of the root at the start, zero of an open gap.
@@ -72,17 +74,18 @@ impl BoundedGap<'_> {
             terms.map(|(n, size)| (n * size).abs()).sum()
         };
         let approach = motion.along(normal.as_slice());
+        let (sign, [place, place_speed, _]) = (self.watched.sign(), self.watched.place(x * self.h));
         let slope = self.h * speed - approach.get(1).copied().unwrap_or(0.0);
         // The part of the gap that the motion of the stop does not make, as `Surface::along` has it.
-        let size = gap.abs() + weighted(&q) + moved_size;
-        let terms = gap.abs() + weighted(&motion.sizes) + moved_size;
+        let size = gap.abs() + weighted(&q) + moved_size + place;
+        let terms = gap.abs() + weighted(&motion.sizes) + moved_size + place;
         let rounding = self.known.max(TERM_ROUNDINGS * terms);
         let tolerance = gap_tolerance(self.tolerance, (normal.lp_norm(1), size));
         let doubt = rounding + path.error_at(x, normal.as_slice());
         Ok(GapPoint {
             x,
-            gap: gap + moved - self.departed,
-            slope,
+            gap: sign * (gap + moved) + place - self.departed,
+            slope: sign * slope + self.h * place_speed,
             rounding,
             doubt,
             tolerance: tolerance.max(GAP_KNOWN_ROUNDINGS * rounding) + doubt,
@@ -99,6 +102,8 @@ impl BoundedGap<'_> {
         let own = self.contact.motion.as_ref().map_or(0.0, |own| {
             own.bend_bound(self.begun.after(place.x * self.h), width * self.h)
         });
-        straight + curved + self.h * self.h * own
+        // A place goes back ever more slowly.
+        let [_, _, back] = self.watched.place(place.x * self.h);
+        straight + curved + self.h * self.h * (own + back)
     }
 }

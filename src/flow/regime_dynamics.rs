@@ -1,7 +1,7 @@
 //! The motion of any scene in a regime (theory 9): the contact forces keep their gaps from accelerating.
 
-use crate::error::Result;
-use crate::law::{ElementState, Regime};
+use crate::error::{Error, Result};
+use crate::law::{Action, ElementState, Guard, GuardKind, Regime};
 use crate::model::{Contact, Dynamics, Moment, System, reaction_weights, slow_time};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -37,6 +37,39 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         Ok(forces)
     }
 
+    /// The forces that guard the regime, or what has their sign, each above zero while its element stays in its state.
+    pub fn guards(
+        &self,
+        guards: &[Guard],
+        at: Moment,
+        (q, v): (&[f64], &[f64]),
+    ) -> Result<Vec<f64>> {
+        let held = if self.regime.constrained().is_empty() {
+            Vec::new()
+        } else {
+            self.forces(at, q, v, &mut vec![0.0; q.len()])?
+        };
+        let constrained = self.regime.constrained();
+        let of = |guard: &Guard| {
+            let element = guard.element;
+            let place = constrained.iter().position(|own| *own == element);
+            let held = place.map_or(0.0, |k| held[k]);
+            let seat = || self.contacts[element].law.by_state().seat();
+            let grip = || {
+                let contact = &self.contacts[element];
+                let gap = contact.along(|| at, (q, v, v), 0.0)?;
+                Ok::<_, Error>(contact.law.by_state().grip(-gap.gap, -gap.speed).value)
+            };
+            Ok(match guard.kind {
+                GuardKind::Excess => seat().unwrap_or(0.0) - held,
+                GuardKind::Push => grip()?,
+                GuardKind::Pull => -grip()?,
+                _ => held,
+            })
+        };
+        guards.iter().map(of).collect()
+    }
+
     /// The force of an element that its law gives in a state.
     fn own_force(
         &self,
@@ -46,11 +79,12 @@ impl<D: Dynamics> RegimeDynamics<'_, D> {
         (q, v): (&[f64], &[f64]),
     ) -> Result<Option<f64>> {
         let contact = &self.contacts[element];
-        let Some(force) = contact.law.by_state().force(state) else {
+        let law = contact.law.by_state();
+        if matches!(law.action(state), Action::Nothing | Action::Constraint) {
             return Ok(None);
-        };
+        }
         let gap = contact.along(|| at, (q, v, v), 0.0)?;
-        Ok(Some(force.at(gap.gap, gap.speed)))
+        Ok(law.force_in(state, gap.gap, gap.speed))
     }
 
     /// Adds what the force of an element gives to an acceleration.

@@ -16,6 +16,7 @@ mod maps;
 mod memory;
 mod pen;
 pub(crate) mod recorder;
+mod relaxing_places;
 mod resolver;
 mod root_orders;
 mod scaled_units;

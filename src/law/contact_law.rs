@@ -13,8 +13,30 @@ pub(crate) enum Action {
     Nothing,
     /// A force that keeps its gap at zero.
     Constraint,
-    /// A force against its approach.
+    /// A force against its approach, linear in it and its rate.
     Force(LinearForce),
+    /// One that is not: [`ContactLaw::force_at`].
+    Curve,
+}
+
+/// A force at an approach p and its rate p', with its derivatives.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct ForceAt {
+    pub value: f64,
+    pub by_approach: f64,
+    pub by_rate: f64,
+}
+
+impl ForceAt {
+    /// The size of its terms, from those of the approach and of its rate.
+    pub fn size_at(self, approach: f64, rate: f64) -> f64 {
+        self.value.abs() + self.change_at(approach, rate)
+    }
+
+    /// What it changes by at the most, as the approach and its rate do.
+    pub fn change_at(self, approach: f64, rate: f64) -> f64 {
+        self.by_approach.abs() * approach + self.by_rate.abs() * rate
+    }
 }
 
 /// A force `f = k p + c p' + F0` on the approach `p = -h`: the generalised force is `-n f`, or it acts along the reaction of the stop.
@@ -68,6 +90,13 @@ impl Relaxation {
         positive_part(place - gone * (place + self.beyond))
     }
 
+    /// A place after a time, with its speed and acceleration then.
+    pub fn along(self, place: f64, time: f64) -> [f64; 3] {
+        let there = self.after(place, time);
+        let speed = self.speed(there);
+        [there, speed, -self.rate * speed]
+    }
+
     /// The speed at which a place goes back.
     pub fn speed(self, place: f64) -> f64 {
         -self.rate * (place + self.beyond)
@@ -107,11 +136,32 @@ pub(crate) trait ContactLaw: std::fmt::Debug + Send + Sync {
     fn guards(&self, state: ElementState) -> &'static [GuardKind];
     /// What follows where a guard of a state falls through zero.
     fn outcome(&self, state: ElementState, guard: GuardKind) -> Outcome;
-    /// The force that the element has in a state, if it has one of its own.
+    /// The force of an element that is pressed.
+    fn force_at(&self, approach: f64, rate: f64) -> ForceAt {
+        let own = self.force(ElementState::Pressed);
+        own.map_or(ForceAt::default(), |own| ForceAt {
+            value: own.at(-approach, -rate),
+            by_approach: own.stiffness,
+            by_rate: own.damping,
+        })
+    }
+    /// What has the sign of that force, without the zero that it has where the approach is zero and the contact ends anyway.
+    fn grip(&self, approach: f64, rate: f64) -> ForceAt {
+        self.force_at(approach, rate)
+    }
+    /// The force that the element has in a state, at a gap and its opening speed, if it has one of its own.
+    fn force_in(&self, state: ElementState, gap: f64, speed: f64) -> Option<f64> {
+        match self.action(state) {
+            Action::Force(force) => Some(force.at(gap, speed)),
+            Action::Curve => Some(self.force_at(-gap, -speed).value),
+            Action::Nothing | Action::Constraint => None,
+        }
+    }
+    /// The force that the element has in a state, if it has one of its own that is linear.
     fn force(&self, state: ElementState) -> Option<LinearForce> {
         match self.action(state) {
             Action::Force(force) => Some(force),
-            Action::Nothing | Action::Constraint => None,
+            Action::Nothing | Action::Constraint | Action::Curve => None,
         }
     }
     /// How its place goes back in a state, if it does.

@@ -1,8 +1,8 @@
 //! The law of one element, as a user gives it and as a scene has it.
 
 use crate::error::Result;
-use crate::law::contact_law::{ContactLaw, LinearForce, Outcome};
-use crate::law::guard::GuardKind;
+use crate::law::contact_law::{Action, ContactLaw, LinearForce, Outcome};
+use crate::law::hertz::Hertz;
 use crate::law::newton::Newton;
 use crate::law::regime::ElementState;
 use crate::law::spring::Spring;
@@ -16,6 +16,8 @@ pub enum Law {
     Newton(Newton),
     /// A stop that gives way.
     Spring(Spring),
+    /// One of elastic bodies that touch.
+    Hertz(Hertz),
     /// One of the library's own tests.
     #[cfg(test)]
     #[doc(hidden)]
@@ -34,6 +36,8 @@ pub(crate) enum LawNumber {
     Damping,
     /// F0 \[N\].
     Preload,
+    /// m \[-\].
+    Exponent,
 }
 
 /// What says which law of contact a stop has: a law, or the restitution \[-\] of a rigid one.
@@ -69,11 +73,18 @@ impl IntoLaw for Spring {
     }
 }
 
+impl IntoLaw for Hertz {
+    fn into_law(self) -> Result<Law> {
+        Ok(Law::Hertz(self))
+    }
+}
+
 impl PartialEq for Law {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Newton(own), Self::Newton(other)) => own == other,
             (Self::Spring(own), Self::Spring(other)) => own == other,
+            (Self::Hertz(own), Self::Hertz(other)) => own == other,
             #[cfg(test)]
             (Self::OfTest(own), Self::OfTest(other)) => std::sync::Arc::ptr_eq(own, other),
             _ => false,
@@ -95,6 +106,9 @@ impl Law {
             (Self::Spring(own), LawNumber::Stiffness) => Some(own.stiffness()),
             (Self::Spring(own), LawNumber::Damping) => Some(own.damping()),
             (Self::Spring(own), LawNumber::Preload) => Some(own.preload()),
+            (Self::Hertz(own), LawNumber::Stiffness) => Some(own.stiffness()),
+            (Self::Hertz(own), LawNumber::Damping) => Some(own.damping()),
+            (Self::Hertz(own), LawNumber::Exponent) => Some(own.exponent()),
             _ => None,
         }
     }
@@ -104,8 +118,17 @@ impl Law {
     /// # Errors
     /// A value beyond the domain of the number.
     pub(crate) fn with(&self, number: LawNumber, value: f64) -> Result<Self> {
-        let Self::Spring(own) = self else {
-            return value.into_law();
+        let own = match self {
+            Self::Spring(own) => own,
+            Self::Hertz(own) => {
+                let made = match number {
+                    LawNumber::Stiffness => own.with_stiffness(value),
+                    LawNumber::Damping => own.with_damping(value),
+                    _ => own.with_exponent(value),
+                };
+                return made.map(Self::Hertz);
+            }
+            _ => return value.into_law(),
         };
         let spring = |stiffness, damping, preload| {
             Spring::new(stiffness, damping, own.release())?.with_preload(preload)
@@ -124,6 +147,7 @@ impl Law {
         match self {
             Self::Newton(_) => "Newton",
             Self::Spring(_) => "Spring",
+            Self::Hertz(_) => "Hertz",
             #[cfg(test)]
             Self::OfTest(_) => "a law of a test",
         }
@@ -134,6 +158,7 @@ impl Law {
         match self {
             Self::Newton(newton) => newton,
             Self::Spring(spring) => spring,
+            Self::Hertz(hertz) => hertz,
             #[cfg(test)]
             Self::OfTest(law) => &**law,
         }
@@ -144,7 +169,7 @@ impl Law {
     pub(crate) fn newton(&self) -> Newton {
         match self {
             Self::Newton(newton) => *newton,
-            Self::Spring(_) => Newton::known(0.0),
+            Self::Spring(_) | Self::Hertz(_) => Newton::known(0.0),
             #[cfg(test)]
             Self::OfTest(law) => Newton::known(law.restitution().unwrap_or(0.0)),
         }
@@ -154,6 +179,11 @@ impl Law {
     pub(crate) fn pressed_force(&self) -> LinearForce {
         let force = self.by_state().force(ElementState::Pressed);
         force.unwrap_or(LinearForce::NOTHING)
+    }
+
+    /// Whether its force is linear: of others there are no exact flights.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.by_state().action(ElementState::Pressed) != Action::Curve
     }
 
     /// Whether it goes back to its place by itself, in a time.
@@ -171,13 +201,6 @@ impl Law {
             ElementState::Pressed => !self.is_rigid(),
             _ => guards.any(|guard| law.outcome(pressed, *guard) == Outcome::Enters(state)),
         }
-    }
-
-    /// Whether its states end where its gap or its approach is zero, or its contact force where it is held.
-    pub(crate) fn ends_at_gap(&self) -> bool {
-        let guards = self.by_state().guards(ElementState::Pressed);
-        let ends = |kind: &GuardKind| !matches!(kind, GuardKind::Push);
-        guards.iter().all(ends)
     }
 
     /// Whether it may keep its gap at zero: a rigid one by any force, one that gives way by no more than its preload.

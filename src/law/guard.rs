@@ -1,6 +1,6 @@
 //! Guards: quantities of a motion that are positive while a regime lasts. Where one falls through zero the regime ends.
 
-use crate::law::regime::{ElementState, Regime};
+use crate::law::regime::ElementState;
 
 /// What a guard is a quantity of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -56,6 +56,11 @@ impl GuardKind {
         }
     }
 
+    /// Whether it is one of positions alone, of the body's and of the element's own.
+    pub fn is_gap(self) -> bool {
+        matches!(self, Self::Gap | Self::Approach | Self::Distance)
+    }
+
     /// Whether it depends on velocities.
     pub fn has_speeds(self) -> bool {
         matches!(self, Self::Force | Self::Excess | Self::Push | Self::Pull)
@@ -95,15 +100,6 @@ impl Guard {
         }
     }
 
-    /// The gap of an element in a state, or its approach if it is pressed.
-    pub fn gap_in(regime: &Regime, element: usize) -> Self {
-        if regime.is_pressed(element) {
-            let kind = GuardKind::Approach;
-            return Self { element, kind };
-        }
-        Self::gap(element)
-    }
-
     /// Whether it is zero where the body is at the place of the element that nothing has pushed.
     pub fn is_seat(self) -> bool {
         matches!(self.kind, GuardKind::Gap | GuardKind::Approach)
@@ -111,8 +107,7 @@ impl Guard {
 
     /// Whether it is a row of positions alone.
     pub fn is_gap(self) -> bool {
-        use GuardKind::{Approach, Distance, Gap};
-        matches!(self.kind, Gap | Approach | Distance)
+        self.kind.is_gap()
     }
 
     /// Whether the body comes near the element where it is small: a touch of it is one of the element.

@@ -8,18 +8,20 @@ mod element_law;
 mod example;
 mod free_contact;
 mod guard;
+mod hertz;
 mod newton;
 mod regime;
 mod spring;
 mod transition;
 
-pub(crate) use contact_law::{ContactLaw, LinearForce, Outcome, Relaxation};
+pub(crate) use contact_law::{Action, ContactLaw, LinearForce, Outcome, Relaxation};
 pub use contact_release::ContactRelease;
 pub(crate) use element_law::LawNumber;
 pub use element_law::{IntoLaw, Law};
 #[cfg(test)]
 pub(crate) use example::Cushion;
 pub(crate) use guard::{Guard, GuardKind};
+pub use hertz::Hertz;
 pub use newton::Newton;
 pub(crate) use regime::{ElementState, Regime};
 pub use spring::Spring;

@@ -9,6 +9,12 @@ use nalgebra::Complex;
 /// `h^6 |c^(6)|/46080`. [exact]
 const QUINTIC_REMAINDER: f64 = 46080.0;
 
+/// The longest step along which the quintic through value, slope and curvature at both ends of what has a sixth derivative of a size is off by
+/// no more than an error.
+pub(crate) fn quintic_step(allowed: f64, sixth: f64) -> f64 {
+    (QUINTIC_REMAINDER * allowed / sixth).powf(1.0 / 6.0)
+}
+
 /// `c(t) = mean + Re sum_k c_k u_k(t) + sum_j s_j(t)`, by the phasors of an excitation.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GapMotion {
@@ -90,7 +96,7 @@ impl GapMotion {
     pub fn quintic_step(&self, allowed: f64) -> f64 {
         let turning = self.amplitudes.iter().zip(self.rotations.frequencies());
         let sixth: f64 = turning.map(|(a, w)| a.norm() * w.powi(6)).sum();
-        (QUINTIC_REMAINDER * allowed / sixth).powf(1.0 / 6.0)
+        quintic_step(allowed, sixth)
     }
 
     /// The largest that it adds by turning.

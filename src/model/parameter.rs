@@ -20,6 +20,8 @@ pub enum StopNumber {
     ContactDamping,
     /// Its preload \[N\].
     Preload,
+    /// Its exponent \[-\].
+    ContactExponent,
 }
 
 /// A number of a scene that sweeps and searches may vary, by the name it has in `Scene::replace`.
@@ -53,12 +55,13 @@ pub(crate) enum Unit {
 }
 
 impl StopNumber {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Clearance,
         Self::Restitution,
         Self::ContactStiffness,
         Self::ContactDamping,
         Self::Preload,
+        Self::ContactExponent,
     ];
 
     /// Its name.
@@ -69,6 +72,7 @@ impl StopNumber {
             Self::ContactStiffness => "contact_stiffness",
             Self::ContactDamping => "contact_damping",
             Self::Preload => "preload",
+            Self::ContactExponent => "contact_exponent",
         }
     }
 
@@ -85,13 +89,14 @@ impl StopNumber {
             Self::ContactStiffness => LawNumber::Stiffness,
             Self::ContactDamping => LawNumber::Damping,
             Self::Preload => LawNumber::Preload,
+            Self::ContactExponent => LawNumber::Exponent,
         })
     }
 
     fn unit(self) -> Unit {
         match self {
             Self::Clearance => Unit::Length,
-            Self::Restitution => Unit::One,
+            Self::Restitution | Self::ContactExponent => Unit::One,
             Self::ContactStiffness | Self::ContactDamping | Self::Preload => Unit::Own,
         }
     }
@@ -100,7 +105,9 @@ impl StopNumber {
         match self {
             Self::Clearance => finite(self.name(), value).map(drop),
             Self::Restitution => Restitution::new(value).map(drop),
-            Self::ContactStiffness => positive(self.name(), value).map(drop),
+            Self::ContactStiffness | Self::ContactExponent => {
+                positive(self.name(), value).map(drop)
+            }
             Self::ContactDamping | Self::Preload => not_negative(self.name(), value).map(drop),
         }
     }

@@ -323,9 +323,11 @@ impl Scene {
     /// # Errors
     /// A stop that gives way.
     pub(crate) fn check_stops_are_rigid(&self, purpose: &str) -> Result<()> {
-        let rule = || {
-            format!("{purpose} does not take stops that give way yet; simulate and find_orbit do")
+        let takers = match self.linear_system(purpose) {
+            Ok(_) => "simulate and find_orbit do",
+            Err(_) => "simulate does",
         };
+        let rule = || format!("{purpose} does not take stops that give way yet; {takers}");
         self.refuse_springs(|stop| !stop.contact().is_rigid(), rule)
     }
 
@@ -360,7 +362,10 @@ impl Scene {
         rule: impl FnOnce() -> String,
     ) -> Result<()> {
         match self.stops.iter().position(is_refused) {
-            Some(stop) => Err(Error::bad_value(format!("stops[{stop}]"), "Spring", rule())),
+            Some(stop) => {
+                let law = self.stops[stop].contact().name();
+                Err(Error::bad_value(format!("stops[{stop}]"), law, rule()))
+            }
             None => Ok(()),
         }
     }
@@ -490,6 +495,13 @@ impl Scene {
                 "a scene with a nonlinear stop",
                 rule(),
             ));
+        }
+        if let Some(stop) = self.stops.iter().position(|s| !s.contact().is_linear()) {
+            let rule = format!(
+                "{purpose} needs forces of contact that are linear, as those of Spring are; simulate integrates others"
+            );
+            let law = self.stops[stop].contact().name();
+            return Err(Error::bad_value(format!("stops[{stop}]"), law, rule));
         }
         match &self.system {
             System::Linear(system) => Ok(system),

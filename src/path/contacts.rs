@@ -471,8 +471,8 @@ impl<'a> ContactsAlong<'a> {
         let (x, y) = (q.as_slice(), v.as_slice());
         let gap = contact.along(|| at, (x, y, y), 0.0)?;
         let law = contact.law.by_state();
-        let force = if let Some(own) = law.force(regime.state(self.stop)) {
-            own.at(gap.gap, gap.speed)
+        let force = if let Some(own) = law.force_in(regime.state(self.stop), gap.gap, gap.speed) {
+            own
         } else {
             let (_, forces) = self.equations.regime_acceleration(regime, at, &q, &v)?;
             let own = forces.iter().find(|own| own.0 == self.stop);

@@ -57,7 +57,7 @@ pub(crate) fn name_here<'a>(given: &str, names: &[&'a str]) -> Option<&'a str> {
 }
 
 /// The numbers of a scene.
-const OF_SCENES: [&str; 9] = [
+const OF_SCENES: [&str; 10] = [
     "forcing_scale",
     "frequency",
     "phase",
@@ -66,6 +66,7 @@ const OF_SCENES: [&str; 9] = [
     "contact_stiffness",
     "contact_damping",
     "preload",
+    "contact_exponent",
     "amplitude",
 ];
 

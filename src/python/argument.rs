@@ -86,7 +86,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    atol between clearance curvature damping derivative dwell free frequency gravity keep kind law length_ratio levels linear mass mass_ratio
+    atol between clearance curvature damping derivative dissipation dwell exponent free frequency gravity keep kind law length_ratio levels linear mass mass_ratio
     max_impacts method n_dof name n_harmonics n_periods over parameter period phase position preload progress rate release restitution rtol
     scene side span speed start stiffness t to
 }

@@ -76,7 +76,7 @@ mod _core {
     #[pymodule_export]
     use super::model::{
         _rayleigh_coefficients, PyBaseAcceleration, PyBaseMotion, PyDoublePendulum, PyFourier,
-        PyHarmonic, PyLinearSystem, PyLoad, PyNewton, PyNonlinearStop, PyNonlinearSystem,
+        PyHarmonic, PyHertz, PyLinearSystem, PyLoad, PyNewton, PyNonlinearStop, PyNonlinearSystem,
         PyPendulumChain, PyScene, PySignal, PySpring, PyStop, PyWall, paper_scene, paper_system,
     };
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! Runs of a scene by its method: what each method moves a scene by, and what reads the arcs that it keeps.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flow::steps::chosen::{ChosenSteps, StepChoice};
 use crate::flow::steps::{DenseOutput, DormandPrince, State, Stepper};
 use crate::flow::{TimedScene, with_flow};
@@ -48,9 +48,6 @@ pub(crate) fn visit_runs<V: RunVisitor>(
     visitor: V,
 ) -> Result<V::Output> {
     let method = options.solver.method.chosen_for(scene);
-    if method != Method::Exact {
-        check_laws_in_steps(scene)?;
-    }
     if method == Method::Taylor {
         return match &Pendulum::new(scene)? {
             Pendulum::Double(motion, links) => {
@@ -71,22 +68,6 @@ pub(crate) fn visit_runs<V: RunVisitor>(
         in_steps_of((scene, options), method.choice(), &mut visit);
     }
     output.expect("runs of any method are visited once")
-}
-
-/// Refuses laws of contact whose forces end a contact: steps do not look for that yet.
-fn check_laws_in_steps(scene: &Scene) -> Result<()> {
-    for (i, stop) in scene.stops().iter().enumerate() {
-        let law = stop.contact();
-        let rule = if !law.ends_at_gap() {
-            "only exact flights of linear scenes find where its force is zero yet: release=\"gap\" goes with every method"
-        } else if law.by_state().seat().is_some() {
-            "only exact flights of linear scenes find where a preload bears its body yet: without preload it goes with every method"
-        } else {
-            continue;
-        };
-        return Err(Error::bad_value(format!("stops[{i}]"), "Spring", rule));
-    }
-    Ok(())
 }
 
 /// Takes what makes runs, and what reads the arcs that they keep.

@@ -69,8 +69,9 @@ fn machinery(scene: &Scene) -> Result<String> {
             (steps, "the interpolant")
         };
         let stops = contacts_along(scene, path);
+        let laws = integrated_laws(scene);
         return Ok(format!(
-            "nonlinear scene: {steps}, no modes; {forcing}; {stops}"
+            "nonlinear scene: {steps}, no modes; {forcing}; {stops}{laws}"
         ));
     };
     let modal = ModalScene::new(scene, "plan")?;
@@ -144,6 +145,17 @@ fn contacts_along(scene: &Scene, path: &str) -> String {
         "{}: every contact on {path} found{proved}{together}",
         count(k)
     )
+}
+
+/// The stops whose forces have no exact flights, in words.
+fn integrated_laws(scene: &Scene) -> String {
+    let stops = scene.stops().iter().enumerate();
+    let laws = stops.filter(|(_, stop)| !stop.contact().is_linear());
+    let names = laws.map(|(i, stop)| {
+        let law = stop.contact().name();
+        format!("; the force of stop {i} by {law} integrated")
+    });
+    names.collect()
 }
 
 /// What several stops do at one instant.

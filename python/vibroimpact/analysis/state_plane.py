@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _core
-from vibroimpact._core import Scene, Spring
+from vibroimpact._core import Newton, Scene
 from vibroimpact._validation import shown
 from vibroimpact.analysis import parameter_axis
 from vibroimpact.run.tiles import Tile
@@ -151,6 +151,6 @@ def after_impact(scene: Scene, impact: Mapping[str, Any]) -> Plane:
         raise ValueError(message)
     here, there = (float(scene.gaps([x])[stop]) for x in (0.0, 1.0))
     place, opening = -here / (there - here), float(np.sign(there - here))
-    if isinstance(scene.stops[stop].contact, Spring):
+    if not isinstance(scene.stops[stop].contact, Newton):
         opening = -opening  # the beginning of a contact
     return Plane("phase", "speed", phase, speed, (place, "y"), "x", opening)

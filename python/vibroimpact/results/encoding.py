@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from vibroimpact import _core
-from vibroimpact._core import NonlinearStop, NonlinearSystem, Spring
+from vibroimpact._core import Hertz, NonlinearStop, NonlinearSystem, Spring
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 #: The formats from which on there are objects of a type, but for those of the first.
-_FORMATS: dict[type, int] = {Spring: 2}
+_FORMATS: dict[type, int] = {Spring: 2, Hertz: 2}
 
 #: Lists of as many numbers and more are arrays.
 _LONG = 8

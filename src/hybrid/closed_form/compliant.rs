@@ -1,14 +1,14 @@
 //! What elements that give way do to a linear scene in motion: the accelerations of the gaps under their forces, their guards, the places of
 //! those that relax.
 
-use super::compliant_elements::{GapPull, RelaxingPlace};
+use super::compliant_elements::GapPull;
 use super::system::ClosedForm;
 use crate::error::Result;
 use crate::flow::{GuardDerivatives, LinearFlow, RegimeMotion, derivatives_at};
 use crate::hybrid::system::{Gaps, Present};
 use crate::law::{ElementState, Guard, GuardKind, LinearForce, Regime};
 use crate::modal::ModalState;
-use crate::quantity::{larger, positive_part};
+use crate::quantity::larger;
 use crate::tolerance::GAP_ROUNDING;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
@@ -19,25 +19,10 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             return Ok(());
         }
         self.compliant.motion = Some(self.motion_in(&regime.holding_instead(&[]))?);
-        let places = &mut self.compliant.places;
-        places.retain(|own| regime.state(own.element) == ElementState::Relaxing);
-        for element in regime.in_state(ElementState::Relaxing) {
-            let law = self.scene.geometry.laws[element].by_state();
-            let is_new = self
-                .compliant
-                .places
-                .iter()
-                .all(|own| own.element != element);
-            if let Some(relaxation) = law.relaxation(ElementState::Relaxing).filter(|_| is_new) {
-                let place = positive_part(-self.gap(element).gap);
-                let own = RelaxingPlace {
-                    element,
-                    relaxation,
-                    place,
-                    left: relaxation.duration(place),
-                };
-                self.compliant.places.push(own);
-            }
+        self.compliant.places.keep(regime);
+        for element in self.compliant.places.begun(regime) {
+            let (law, gap) = (&self.scene.geometry.laws[element], self.gap(element).gap);
+            self.compliant.places.begin(law, element, gap);
         }
         Ok(())
     }
@@ -52,7 +37,7 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     fn reduced(&self, motion: &RegimeMotion) -> ModalState {
         let ((q, v), at) = (self.physical(), self.moment());
         motion.with_places(motion.reduce(&q, &v, at), |element| {
-            self.compliant.place(element)
+            self.compliant.places.place(element)
         })
     }
 

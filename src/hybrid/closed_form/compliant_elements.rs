@@ -1,7 +1,7 @@
 //! What is known of the elements that give way while a linear scene moves: what they do to the others, and the places of those that relax.
 
 use crate::flow::RegimeMotion;
-use crate::law::Relaxation;
+use crate::hybrid::relaxing_places::RelaxingPlaces;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -15,22 +15,13 @@ pub(super) struct GapPull {
     pub lost: f64,
 }
 
-/// The place of an element that relaxes, and the time after which it is back.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RelaxingPlace {
-    pub element: usize,
-    pub relaxation: Relaxation,
-    pub place: f64,
-    pub left: f64,
-}
-
 /// What elements that give way do to the others.
 pub(super) struct CompliantElements {
     /// The motion without what is held, where that is not the free one.
     pub motion: Option<Arc<RegimeMotion>>,
     /// What is known of each gap's, once it has been asked for; of one that cannot change nothing.
     pub pulls: Vec<OnceCell<Option<GapPull>>>,
-    pub places: Vec<RelaxingPlace>,
+    pub places: RelaxingPlaces,
 }
 
 impl CompliantElements {
@@ -39,7 +30,7 @@ impl CompliantElements {
         Self {
             motion: None,
             pulls: vec![OnceCell::new(); n_stops],
-            places: Vec::new(),
+            places: RelaxingPlaces::default(),
         }
     }
 
@@ -56,29 +47,5 @@ impl CompliantElements {
         if self.motion.is_some() {
             self.pulls.fill(OnceCell::new());
         }
-    }
-
-    /// Lets those that relax do so for a time.
-    #[inline]
-    pub fn relax(&mut self, span: f64) {
-        for own in &mut self.places {
-            own.place = own.relaxation.after(own.place, span);
-            own.left -= span;
-        }
-    }
-
-    /// The place of an element that relaxes.
-    pub fn place(&self, element: usize) -> f64 {
-        let own = self.places.iter().find(|own| own.element == element);
-        own.map_or(0.0, |own| own.place)
-    }
-
-    /// The element that is back first, and when.
-    pub fn first_back(&self) -> Option<(usize, f64)> {
-        let times = self
-            .places
-            .iter()
-            .map(|own| (own.element, own.left.max(0.0)));
-        times.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }

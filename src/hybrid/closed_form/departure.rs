@@ -1,7 +1,7 @@
 //! Where the last flight of a linear scene began, beside its state.
 
-use super::compliant_elements::RelaxingPlace;
 use crate::hybrid::clock::Clock;
+use crate::hybrid::relaxing_places::RelaxingPlaces;
 use crate::modal::Pair;
 
 /// Where a flight began; `None` for a clock before the first.
@@ -13,5 +13,5 @@ pub(super) struct Departure {
     /// What the rounding of positions left unknown of each gap, shape `(n_stops,)` or none, \[m\].
     pub placed: Vec<f64>,
     pub extents: Vec<Pair>,
-    pub places: Vec<RelaxingPlace>,
+    pub places: RelaxingPlaces,
 }

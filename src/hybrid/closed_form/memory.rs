@@ -1,13 +1,12 @@
 //! Where a flight of a linear scene began, from where it is gone again to the bit.
 
-use super::compliant_elements::RelaxingPlace;
 use super::departure::Departure;
 use super::system::ClosedForm;
 use crate::error::Result;
 use crate::flow::LinearFlow;
 use crate::hybrid::memory::FlowMemory;
 use crate::hybrid::system::{Gaps, Present};
-use crate::law::{ElementState, Regime};
+use crate::law::Regime;
 use crate::modal::Pair;
 
 impl<F: LinearFlow> ClosedForm<'_, F> {
@@ -70,20 +69,9 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
     /// Puts elements that are about to relax at their places.
     pub(super) fn put_places(&mut self, places: impl Iterator<Item = (usize, f64)>) {
         let laws = &self.scene.geometry.laws;
-        let own = places.filter_map(|(element, place)| {
-            let relaxation = laws
-                .get(element)?
-                .by_state()
-                .relaxation(ElementState::Relaxing)?;
-            let left = relaxation.duration(place);
-            Some(RelaxingPlace {
-                element,
-                relaxation,
-                place,
-                left,
-            })
-        });
-        self.compliant.places = own.collect();
+        self.compliant
+            .places
+            .put(|element| laws.get(element), places);
     }
 
     /// Goes where a flight began; whether the memory is one of such a flow.
@@ -111,14 +99,13 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
         if !regime.others().is_empty() {
             self.compliant.motion = Some(self.motion_in(&regime.holding_instead(&[]))?);
             self.put_places(memory.places.iter().map(|own| (own.0, own.1[0])));
-            for (own, (_, [_, left])) in self.compliant.places.iter_mut().zip(&memory.places) {
-                own.left = *left;
-            }
+            let left = memory.places.iter().map(|own| own.1[1]);
+            self.compliant.places.take_left(left);
         }
         self.evaluate_gaps()?;
         let is_finite = self.state.iter().flatten().all(|number| number.is_finite());
         Ok(is_finite
-            && self.compliant.places.len() == memory.places.len()
+            && self.compliant.places.iter().len() == memory.places.len()
             && self.clock().time().is_finite())
     }
 }

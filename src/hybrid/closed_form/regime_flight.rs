@@ -129,11 +129,15 @@ impl<F: LinearFlow> ClosedForm<'_, F> {
             motion,
             at,
             modal_state: motion.with_places(motion.reduce(&q, &v, at), |element| {
-                self.compliant.place(element)
+                self.compliant.places.place(element)
             }),
             orders,
         };
-        let back = self.compliant.first_back().filter(|own| own.1 <= span);
+        let back = self
+            .compliant
+            .places
+            .first_back()
+            .filter(|own| own.1 <= span);
         let back = back.map(|(element, time)| (FlightEnd::Event(Guard::place(element)), time));
         let searched = back.map_or(span, |own| own.1);
         let kept = self.regimes.levels(motion);

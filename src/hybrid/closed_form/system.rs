@@ -150,7 +150,7 @@ impl<'a, F: LinearFlow> ClosedForm<'a, F> {
     pub(super) fn put(&mut self, (q, v): (&DVector<f64>, &DVector<f64>), span: f64) {
         self.changed();
         self.clock = self.clock.after(span);
-        self.compliant.relax(span);
+        self.compliant.places.relax(span);
         self.set(q, v);
         let g = &self.scene.geometry;
         let gaps = g.clearances.iter().zip(g.normals.column_iter());

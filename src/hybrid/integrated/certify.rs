@@ -70,6 +70,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             let contact = &contacts[stop];
             contact.surface.curvature().map(|curvature| BoundedGap {
                 contact,
+                watched: self.watched_now(stop),
                 curvature,
                 order,
                 departed: self.departed(stop, order),

@@ -7,7 +7,6 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::segment::SegmentKind;
 use crate::hybrid::system::Gaps;
-use crate::law::Regime;
 use crate::model::Dynamics;
 
 impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
@@ -20,7 +19,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         span: f64,
         recorder: &mut dyn Recorder,
     ) -> Result<()> {
-        let regime = Regime::holding(stops);
+        let regime = self.regime.holding_instead(stops);
         recorder.begin_segment(SegmentKind::Chatter, &regime);
         self.settle_in(&regime)?;
         self.advance_without_events(&self.motion_in(&regime), span, recorder)?;

@@ -32,7 +32,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.sought.clear();
         self.doubt = None;
         for stop in 0..self.contacts.len() {
-            if IS_HELD && self.is_bound[stop] {
+            if IS_HELD && (self.is_unwatched[stop] || self.stays_outside(stop, h)) {
                 continue;
             }
             let (start, end) = (self.gaps[stop], self.ahead[stop]);
@@ -162,10 +162,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     ) -> Result<FirstRoot> {
         let path = self.step_path(dynamics, h)?;
         let (begun, departed) = (self.moment(), self.departed(stop, order));
+        let watched = self.watched_now(stop);
         let mut probed = Probed([0.0; STEP_PROBES.len()]);
         for (gap, x) in probed.0.iter_mut().zip(STEP_PROBES) {
             let q = path.about(x).position();
-            *gap = self.contacts[stop].gap(&q, begun.after(x * h))? - departed;
+            let value = self.contacts[stop].gap(&q, begun.after(x * h))?;
+            *gap = watched.at(value, x * h) - departed;
         }
         self.n_gap_evaluations += STEP_PROBES.len();
         if may_shorten && probed.is_unlike(quintic, margin) {
@@ -183,6 +185,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// Notes the touches along the step last taken; one that was noted where the step before ended is the same.
     pub(super) fn note_touches(&mut self, stop: usize, h: f64) {
+        if !self.watched_guard(stop).is_clearance() {
+            return;
+        }
         for &(x, gap) in &self.touches {
             let time = self.clock.after(x * h).time();
             let is_same = |g: &Graze| g.stop == stop && (time - g.time).abs() <= SAME_TOUCH * h;
@@ -207,10 +212,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         dense.state(0.5 * h, x.slice_mut());
         self.n_gap_evaluations += 1;
         let half_way = self.moment().after(0.5 * h);
-        let mut there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
-        if self.regime.is_pressed(stop) {
-            there = -there;
-        }
+        let there = self.contacts[stop].gap(&x.slice()[..n], half_way)?;
+        let there = self.watched_now(stop).at(there, 0.5 * h);
         Ok((there - quintic.value(0.5)).abs())
     }
 

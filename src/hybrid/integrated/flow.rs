@@ -56,7 +56,7 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
         if system.is_free() {
             return free.advance(system, orders.gaps(), (span, last), recorder, observer);
         }
-        system.advance_in_regime(orders.gaps(), (span, last), recorder, observer)
+        system.advance_in_regime(orders, (span, last), recorder, observer)
     }
 
     fn record_instant(&mut self, last: Option<f64>, recorder: &mut dyn Recorder) -> Result<()> {
@@ -74,6 +74,11 @@ impl<'a, S: State, D: Dynamics, F: FreeFlight<S, D>> HybridFlow for IntegratedFl
 
     fn regime_motions(&self) -> Vec<Arc<RegimeMotion>> {
         Vec::new()
+    }
+
+    fn places(&self) -> Vec<(usize, f64)> {
+        let own = self.system.places_back.iter();
+        own.map(|own| (own.element, own.place)).collect()
     }
 }
 

@@ -36,6 +36,27 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         Ok((a, gap.acceleration))
     }
 
+    /// The present state a short time later, along a motion.
+    pub(super) fn drifted(&self, motion: &RegimeDynamics<'_, D>, step: f64) -> Result<S> {
+        let n = self.n();
+        let (q, v) = self.x.slice().split_at(n);
+        let mut a = vec![0.0; n];
+        motion.acceleration(self.moment(), q, v, &mut a)?;
+        Ok(self.moved(&a, step))
+    }
+
+    /// The present state a short time later, under an acceleration.
+    fn moved(&self, a: &[f64], step: f64) -> S {
+        let mut ahead = self.x.clone();
+        let n = a.len();
+        let (q, v) = ahead.slice_mut().split_at_mut(n);
+        for i in 0..n {
+            q[i] += step * (v[i] + 0.5 * step * a[i]);
+            v[i] += step * a[i];
+        }
+        ahead
+    }
+
     /// The third derivative of a gap in a regime, and what rounding leaves unknown of it.
     pub(super) fn jerk(&self, stop: usize, regime: &Regime) -> Result<[f64; 2]> {
         let motion = self.motion_in(regime);
@@ -54,12 +75,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         let shaken = (bend(shaken.slice(), self.clock)?.1 - now).abs();
         let change = |step: f64| -> Result<f64> {
-            let mut ahead = self.x.clone();
-            let (q, v) = ahead.slice_mut().split_at_mut(n);
-            for i in 0..n {
-                q[i] += step * (v[i] + 0.5 * step * a[i]);
-                v[i] += step * a[i];
-            }
+            let ahead = self.moved(&a, step);
             Ok(bend(ahead.slice(), self.clock.after(step))?.1 - now)
         };
         // A difference is as long as it must be for rounding to leave something of it; one that does not grow as its step is none.

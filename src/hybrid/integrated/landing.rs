@@ -8,7 +8,6 @@ use crate::flow::steps::{State, Stepper};
 use crate::hybrid::flow::Arrival;
 use crate::hybrid::recorder::Recorder;
 use crate::hybrid::system::Gaps;
-use crate::law::Guard;
 use crate::model::{Dynamics, GapValue};
 use crate::tolerance::{LOWEST_NEAR_GUESS, TAYLOR_STEP_PART};
 
@@ -31,15 +30,15 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.extents[stop] = self.extents[stop].max(far.abs());
     }
 
-    /// Steps to the release of a stop, near a part x of the step last taken.
+    /// Steps to where a force that is watched is zero, near a part x of the step last taken.
     pub(super) fn arrive_at_release<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        stop: usize,
+        guard: usize,
         (x, h): (f64, f64),
         recorder: &mut dyn Recorder,
     ) -> Result<Arrival> {
-        let Some(s) = self.let_go(dynamics, stop, x * h, h)? else {
+        let Some(s) = self.let_go(dynamics, guard, x * h, h)? else {
             return Ok(Arrival::Underflow);
         };
         self.record(dynamics, s, None, recorder)?;
@@ -47,7 +46,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.settle()?;
         self.evaluate_gaps()?;
         Ok(Arrival::Event {
-            guard: Guard::force(stop),
+            guard: self.force_guards[guard],
         })
     }
 
@@ -94,7 +93,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
         self.evaluate_gaps_on_arrival()?;
         Ok(Some(Arrival::Event {
-            guard: Guard::gap_in(&self.regime, stop),
+            guard: self.watched_guard(stop),
         }))
     }
 
@@ -185,9 +184,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         (0..self.contacts.len()).find(|&other| {
             let value = self.ahead[other];
             let order = orders.map_or(0, |orders| orders[other]);
-            let is_bound = !self.regime.is_free() && self.is_bound[other];
+            let is_unwatched = !self.regime.is_free() && self.is_unwatched[other];
             let fallen = value.gap - self.departed(other, order) + self.margin_of(value);
-            other != stop && !is_bound && fallen < 0.0 && self.gaps[other].gap > value.gap
+            other != stop && !is_unwatched && fallen < 0.0 && self.gaps[other].gap > value.gap
         })
     }
 

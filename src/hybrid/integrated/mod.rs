@@ -3,6 +3,7 @@
 
 mod certify;
 mod complete_chatter;
+mod compliant;
 mod contact;
 mod flight_pieces;
 mod flow;

@@ -46,10 +46,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
 
     /// Size of the terms of what the force of a stop that is pressed does to the acceleration of a gap.
     pub(super) fn push_size(&self, pressed: usize, stop: usize) -> Result<f64> {
-        let (own, value) = (&self.contacts[pressed], self.gaps[pressed]);
-        let Some(force) = own.law.by_state().force(self.regime.state(pressed)) else {
-            return Ok(0.0);
-        };
+        let (law, value) = (self.contacts[pressed].law.by_state(), self.gap(pressed));
+        let force = law.force_at(-value.gap, -value.speed);
         let directions = self.directions(pressed)?;
         let normal = self.contacts[stop]
             .surface

@@ -1,19 +1,19 @@
-//! Where a contact force falls through zero along a step with stops held, and the step to that release. What happens then:
+//! Where a force that is watched falls through zero along a step: of a stop that is held, or of one that gives way; and the step to that instant. What happens then:
 //! `resolver/hold_or_release.rs`.
 
 use super::scene::{Integrated, MOST_RETAKEN_STEPS};
 use crate::event::first_root::{FirstEvent, FirstRoot};
 use crate::event::polynomial::Quartic;
-use crate::law::Regime;
+use crate::law::{Guard, GuardKind, Regime};
 use crate::root::{Bracket, Secant, bisected};
 
 use crate::error::Result;
-use crate::flow::RegimeDynamics;
 use crate::flow::steps::{DenseOutput, State, Stepper};
-use crate::hybrid::system::{Accelerations, Contacts};
+use crate::flow::{GuardDerivatives, RegimeDynamics};
+use crate::hybrid::system::{Accelerations, Contacts, Gaps};
 use crate::linalg::rank::pseudo_inverse;
 use crate::model::Dynamics;
-use crate::tolerance::{DEPENDENT, FORCE_TOL, GAP_ROUNDING};
+use crate::tolerance::{DEPENDENT, FORCE_TOL, GAP_ROUNDING, JERK_STEP};
 use std::sync::Arc;
 
 /// The first secant towards the zero of a force begins at this part of the guess. [work]
@@ -30,17 +30,16 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         }
     }
 
-    /// The contact forces at a state of the step last taken.
+    /// The forces that are watched, at a state of the step last taken.
     fn forces_at(&self, motion: &RegimeDynamics<'a, D>, s: f64, x: &[f64]) -> Result<Vec<f64>> {
-        let (q, v) = x.split_at(self.n());
-        let mut a = vec![0.0; q.len()];
-        motion.forces(self.moment().after(s), q, v, &mut a)
+        let state = x.split_at(self.n());
+        motion.guards(&self.force_guards, self.moment().after(s), state)
     }
 
-    /// The first stop held whose contact force falls through zero along the step last taken, undecided where the step is too long
-    /// for that: on the quartic through the
+    /// The first force that is watched and falls through zero along the step last taken, by its place among these, undecided where the step
+    /// is too long for that: on the quartic through the
     /// force at five times, checked at two more. Where nothing but the force changes, no error holds the step down. A force that
-    /// falls below zero by less than what the tolerance leaves of it touches zero, and lets nothing go.
+    /// falls below zero by less than what the tolerance leaves of it touches zero, and ends nothing.
     pub(super) fn release_along(&mut self, h: f64) -> Result<FirstEvent> {
         let motion = self.motion_in(&self.regime);
         let dense = self.dense(&motion, h)?;
@@ -54,7 +53,7 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             .collect::<Result<_>>()?;
         let checks = [(0.375, forces(0.375)?), (0.875, forces(0.875)?)];
         let mut first = FirstEvent::NONE;
-        for (k, &stop) in self.regime.constrained().iter().enumerate() {
+        for k in 0..self.force_guards.len() {
             let force = Quartic::through(std::array::from_fn(|i| nodes[i][k]));
             let miss = |(x, found): &(f64, Vec<f64>)| (force.value(*x) - found[k]).abs();
             let spread = (0..5).map(|i| nodes[i][k].abs()).fold(0.0, f64::max);
@@ -79,30 +78,43 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
                 }
                 if miss > unknown {
                     let root = FirstRoot::Undecided { at: 0.0 };
-                    return Ok(FirstEvent { stop, root });
+                    return Ok(FirstEvent { stop: k, root });
                 }
             }
             if depth > slack {
                 let at = force.first_fall().unwrap_or(0.0);
-                first.note(stop, FirstRoot::Crossing { at, passed: 1.0 });
+                first.note(k, FirstRoot::Crossing { at, passed: 1.0 });
             }
         }
         Ok(first)
     }
 
-    /// What rounding leaves unknown of a contact force: that of the accelerations that it and others take away together.
+    /// What rounding leaves unknown of a force that is watched: of one that holds, that of the accelerations that it and others take away
+    /// together.
     fn force_rounding(&self, k: usize) -> Result<f64> {
-        let sizes = self.acceleration_sizes(self.regime.constrained())?;
-        let delassus = self.delassus(self.regime.constrained())?;
+        let guard = self.force_guards[k];
+        let constrained = self.regime.constrained();
+        let Some(place) = constrained.iter().position(|own| *own == guard.element) else {
+            let own = self.gap(guard.element);
+            let law = self.contacts[guard.element].law.by_state();
+            let grip = law.grip(-own.gap, -own.speed);
+            let size = grip.size_at(own.size, self.speed_size(guard.element));
+            return Ok(GAP_ROUNDING * size);
+        };
+        let sizes = self.acceleration_sizes(constrained)?;
+        let delassus = self.delassus(constrained)?;
         let forces = pseudo_inverse(&delassus, DEPENDENT * delassus.amax())?;
         let taken = sizes.iter().enumerate();
-        Ok(GAP_ROUNDING
-            * taken
-                .map(|(j, size)| forces[(k, j)].abs() * size)
-                .sum::<f64>())
+        let taken: f64 = taken.map(|(j, size)| forces[(place, j)].abs() * size).sum();
+        let seat = || self.contacts[guard.element].law.by_state().seat();
+        let borne = match guard.kind {
+            GuardKind::Excess => seat().unwrap_or(0.0),
+            _ => 0.0,
+        };
+        Ok(GAP_ROUNDING * (taken + borne))
     }
 
-    /// What the absolute tolerance of the state leaves unknown of a contact force: of one that begins from zero that is all.
+    /// What the absolute tolerance of the state leaves unknown of a force that is watched: of one that begins from zero that is all.
     fn force_tolerance(&self, motion: &RegimeDynamics<'a, D>, k: usize) -> Result<f64> {
         let here = self.forces_at(motion, 0.0, self.x.slice())?[k];
         let mut x = self.x.clone();
@@ -117,21 +129,31 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
         Ok(unknown)
     }
 
-    /// Steps to the release itself, by the secant method on the length of the step; none where no step can be taken.
+    /// What is left of the preload of an element that is held, and how fast that goes, by a difference.
+    pub(super) fn excess(&self, guard: Guard) -> Result<GuardDerivatives> {
+        let motion = self.motion_in(&self.regime);
+        let left = |x: &[f64], s: f64| -> Result<f64> {
+            let state = x.split_at(self.n());
+            Ok(motion.guards(&[guard], self.moment().after(s), state)?[0])
+        };
+        let step = JERK_STEP * self.slow_time();
+        let (ahead, now) = (self.drifted(&motion, step)?, left(self.x.slice(), 0.0)?);
+        let rate = (left(ahead.slice(), step)? - now) / step;
+        let place = self.force_guards.iter().position(|own| *own == guard);
+        let lost = place.map_or(Ok(0.0), |k| self.force_rounding(k))?;
+        let unknown = [0.0, f64::INFINITY];
+        Ok([[now, lost], [rate, lost / step], unknown, unknown])
+    }
+
+    /// Steps to the zero of a force that is watched, by the secant method on the length of the step; none where no step can be taken.
     pub(super) fn let_go<E: Dynamics>(
         &mut self,
         dynamics: &E,
-        stop: usize,
+        k: usize,
         guess: f64,
         h: f64,
     ) -> Result<Option<f64>> {
         let motion = self.motion_in(&self.regime);
-        let k = self
-            .regime
-            .constrained()
-            .iter()
-            .position(|&s| s == stop)
-            .unwrap_or(0);
         let rounding = self.force_rounding(k)?;
         let mut is_taken = true;
         let mut force = |s: f64| -> Result<f64> {

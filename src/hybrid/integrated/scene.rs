@@ -9,8 +9,11 @@ use crate::flow::steps::{DenseOutput, State, StepStart, Stepper, Tolerance};
 use crate::hybrid::clock::Clock;
 use crate::hybrid::flow::{Arrival, Counts};
 use crate::hybrid::recorder::{ArcMotion, ArcSpan, Recorder, Written};
+use crate::hybrid::relaxing_places::RelaxingPlaces;
+use crate::hybrid::root_orders::RootOrders;
 use crate::hybrid::segment::Graze;
-use crate::law::Regime;
+use crate::hybrid::system::Gaps;
+use crate::law::{Guard, Regime};
 use crate::model::{
     Constraint, Contact, Dynamics, Excitation, GapMotion, GapValue, Moment, PhysicalState, Scene,
     contacts, slow_time,
@@ -35,8 +38,14 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) regime: Regime,
     /// Whether each stop stays as far away as it is in this regime: those held themselves, and those whose gaps depend on theirs.
     pub(super) is_bound: Vec<bool>,
-    /// The largest contact force of each stop held since it is held, shape `(n_held,)`, \[N\].
+    /// Whether no zero of what is watched of the gap of each element ends this regime.
+    pub(super) is_unwatched: Vec<bool>,
+    /// The forces whose zeros end this regime.
+    pub(super) force_guards: Vec<Guard>,
+    /// The largest of each since it began, shape `(n_guards,)`, \[N\].
     pub(super) peak_forces: Vec<f64>,
+    /// The places of the elements that relax.
+    pub(super) places_back: RelaxingPlaces,
     pub(super) phase: f64,
     pub(super) excitation: Excitation,
     /// The frequency of the fastest harmonic or tone, zero without any.
@@ -60,7 +69,7 @@ pub(crate) struct Integrated<'a, S: State, D, P: Stepper<S>> {
     pub(super) clock: Clock,
     /// Where the run began.
     pub(super) began: Clock,
-    /// The gap of each element at the present state; of one that is pressed its approach, whose zero ends that.
+    /// What is watched of the gap of each element at the present state.
     pub(super) gaps: Vec<GapValue>,
     pub(super) ahead: Vec<GapValue>,
     pub(super) touches: Vec<(f64, f64)>,
@@ -114,7 +123,10 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
             contacts,
             regime: Regime::default(),
             is_bound: Vec::new(),
+            is_unwatched: Vec::new(),
+            force_guards: Vec::new(),
             peak_forces: Vec::new(),
+            places_back: RelaxingPlaces::default(),
             phase: scene.turned_phase(),
             fastest_forcing: excitation.rotations.fastest(),
             longest_step: longest_step(&excitation, tolerance),
@@ -214,8 +226,9 @@ impl<'a, S: State, D: Dynamics, P: Stepper<S>> Integrated<'a, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase));
             }
         }
-        for element in self.regime.pressed() {
-            self.gaps[element].reverse();
+        for &(element, state) in self.regime.others() {
+            self.watched(element, state)
+                .turn(&mut self.gaps[element], 0.0);
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
@@ -298,6 +311,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         self.stepper = P::new(self.n(), self.tolerance, self.choice);
         (self.h, self.is_begun, self.stiff_from) = (None, false, None);
         self.regime = Regime::default();
+        self.places_back.clear();
         (self.n_steps, self.n_series, self.n_gap_evaluations) = (0, asked, 0);
         self.search_costs.fill(SearchCost::default());
     }
@@ -335,14 +349,23 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     /// A flight in a regime that is not free.
     pub(super) fn advance_in_regime(
         &mut self,
-        orders: &[usize],
-        ends: (f64, f64),
+        orders: &RootOrders,
+        (span, last): (f64, f64),
         recorder: &mut dyn Recorder,
         observer: &mut Observer,
     ) -> Result<Arrival> {
         self.is_begun = false;
         let motion = self.motion_in(&self.regime);
-        let arrival = self.advance_along::<_, true>(&motion, orders, ends, recorder, observer)?;
+        let orders = self.watched_orders(orders);
+        let back = self.places_back.first_back().filter(|own| own.1 <= span);
+        let ends = back.map_or((span, Some(last)), |own| (own.1, None));
+        let arrival = self.advance_along::<_, true>(&motion, &orders, ends, recorder, observer)?;
+        if let (Some((element, _)), Arrival::End) = (back, arrival) {
+            self.evaluate_gaps()?;
+            return Ok(Arrival::Event {
+                guard: Guard::place(element),
+            });
+        }
         let moves = |&stop: &usize| self.contacts[stop].motion.is_some();
         if matches!(arrival, Arrival::End) && self.regime.constrained().iter().any(moves) {
             // Steps are off what a stop does that moves by their error: who goes on from here finds the contact as it is.

@@ -66,6 +66,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> FreeFlight<S, D> for InSteps<P::Choic
         if system.contacts.is_empty() && recorder.wanted().is_nothing() {
             return system.step_through(dynamics, ends.0, observer);
         }
+        let ends = (ends.0, Some(ends.1));
         system.advance_along::<D, false>(dynamics, orders, ends, recorder, observer)
     }
 
@@ -135,8 +136,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 value.widen(motion, self.clock.moment(self.phase).after(length));
             }
         }
-        for element in self.regime.pressed() {
-            self.ahead[element].reverse();
+        for &(element, state) in self.regime.others() {
+            self.watched(element, state)
+                .turn(&mut self.ahead[element], length);
         }
         self.n_gap_evaluations += self.contacts.len();
         Ok(())
@@ -156,6 +158,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
     pub(super) fn arrive(&mut self, s: f64) {
         self.x.clone_from(self.stepper.end());
         self.clock = self.clock.after(s);
+        self.places_back.relax(s);
     }
 
     /// Records what is wanted of the step last taken, of length s; `last` is the time at which the run ends with it.
@@ -367,7 +370,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         &mut self,
         dynamics: &E,
         orders: &[usize],
-        (span, last): (f64, f64),
+        (span, last): (f64, Option<f64>),
         recorder: &mut dyn Recorder,
         observer: &mut Observer,
     ) -> Result<Arrival> {
@@ -391,7 +394,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 Trial::Rejected => continue,
                 Trial::AtEnd => {
                     if is_recorded {
-                        self.record_no_step(Some(last), recorder);
+                        self.record_no_step(last, recorder);
                     }
                     break Arrival::End;
                 }
@@ -401,6 +404,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 self.h = Some(0.25 * h);
                 continue;
             }
+            if IS_HELD && let Some(shorter) = self.shorter_beside_places(h) {
+                self.h = Some(shorter);
+                continue;
+            }
             let may_shorten = halvings < MOST_STEP_HALVINGS;
             let FirstEvent { stop, root } =
                 self.contact_along::<E, IS_HELD>(dynamics, orders, (h, may_shorten))?;
@@ -408,7 +415,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 // A minimum near zero is reached by a step of its own: it is the motion's, not the interpolation's.
                 FirstRoot::Undecided { at } if may_shorten => {
                     halvings += 1;
-                    let Some(shorter) = self.shorter(dynamics, (stop, at), (h, last))? else {
+                    let Some(shorter) = self.shorter(dynamics, (stop, at), (h, end.time()))? else {
                         break self.given_up();
                     };
                     self.h = Some(shorter);
@@ -420,7 +427,8 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
                 FirstRoot::Crossing { at, passed } => Some((stop, at, passed)),
             };
-            let FirstEvent { stop, root } = if IS_HELD && !self.regime.constrained().is_empty() {
+            // By its place among the forces that are watched.
+            let FirstEvent { stop: guard, root } = if IS_HELD && !self.force_guards.is_empty() {
                 self.release_along(h)?
             } else {
                 FirstEvent::NONE
@@ -432,13 +440,13 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
                     continue;
                 }
                 FirstRoot::Undecided { .. } | FirstRoot::None => None,
-                FirstRoot::Crossing { at, .. } => Some((stop, at)),
+                FirstRoot::Crossing { at, .. } => Some((guard, at)),
             };
             self.accept(h, next);
             // Where stops are held, the drift of their gaps and speeds is projected away before an event.
-            if let Some((stop, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
+            if let Some((guard, x)) = released.filter(|(_, x)| found.is_none_or(|(_, c, _)| *x < c))
             {
-                break self.arrive_at_release(dynamics, stop, (x, h), recorder)?;
+                break self.arrive_at_release(dynamics, guard, (x, h), recorder)?;
             }
             if let Some((stop, x, passed)) = found {
                 let parts = (x, passed, h);
@@ -455,7 +463,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
             }
             halvings = 0;
             if is_recorded {
-                self.record(dynamics, h, is_last.then_some(last), recorder)?;
+                self.record(dynamics, h, is_last.then_some(last).flatten(), recorder)?;
             }
             self.arrive(h);
             self.advance_gaps();

@@ -21,7 +21,7 @@ use crate::model::{
     force_terms, places,
 };
 use crate::quantity::difference;
-use crate::tolerance::{GAP_ROUNDING, RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
+use crate::tolerance::{RELEASED, STEADY_BY_STEPS, TERM_ROUNDINGS};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 use std::sync::Arc;
@@ -41,23 +41,12 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Gaps for Integrated<'_, S, D, P> {
     }
 
     fn guard_derivatives(&mut self, guard: Guard) -> Result<Option<GuardDerivatives>> {
-        let value = self.gaps[guard.element];
-        let slack = TERM_ROUNDINGS * value.size;
-        let bend = GAP_ROUNDING * self.acceleration_sizes(&[guard.element])?[0];
-        let speed = GAP_ROUNDING * self.speed_size(guard.element);
-        Ok(guard.is_gap().then_some([
-            [value.gap, slack],
-            [value.speed, speed],
-            [value.acceleration, bend],
-            [0.0, f64::INFINITY],
-        ]))
+        self.present_guard(guard)
     }
 
     fn gap(&self, stop: usize) -> GapState {
         let mut value = self.gaps[stop];
-        if self.regime.is_pressed(stop) {
-            value.reverse();
-        }
+        self.watched_now(stop).turn_back(&mut value);
         GapState {
             gap: value.gap,
             speed: value.speed,
@@ -262,9 +251,9 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
         let is_new = self.regime != *regime;
         self.regime.clone_from(regime);
         let stops = regime.constrained();
-        self.peak_forces.clear();
-        self.peak_forces.resize(stops.len(), 0.0);
+        self.take_force_guards();
         self.settle()?;
+        self.enter_places();
         if is_new {
             let held: Vec<&Surface> = stops.iter().map(|&i| &self.contacts[i].surface).collect();
             let is_moving = stops.iter().any(|&i| self.contacts[i].motion.is_some());
@@ -274,8 +263,16 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
                 Ok(stops.contains(&stop) || (!can_move && contact.surface.is_bound_by(&held)?))
             });
             self.is_bound = is_bound.collect::<Result<_>>()?;
+            let is_unwatched = self.is_bound.iter().enumerate();
+            let is_unwatched = is_unwatched.map(|(own, bound)| *bound || !self.watches_gap(own));
+            self.is_unwatched = is_unwatched.collect();
         }
         self.evaluate_gaps()
+    }
+
+    fn set_places(&mut self, places: &[(usize, f64)]) {
+        let law = |element: usize| self.contacts.get(element).map(|own| &own.law);
+        self.places_back.put(law, places.iter().copied());
     }
 
     fn complete_chatter(

@@ -120,8 +120,10 @@ impl Resolver {
                 && self.regime.leaves_free(element);
             // What was borne is so at rest, but for an impact.
             let is_borne = self.impulses.is_empty() && self.were_held.contains(&element);
+            // What has come to its seat is there, whatever flights as low as the last ones leave of its gap.
+            let has_come = self.zero_speed.contains(&element);
             let is_there = || self.is_at_zero(system, element) && self.is_still(system, element);
-            may_bear && (is_borne || is_there())
+            may_bear && (is_borne || has_come || is_there())
         };
         self.compliant.iter().copied().filter(rests).collect()
     }

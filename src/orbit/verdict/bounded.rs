@@ -10,6 +10,7 @@ use crate::event::step_path::StepPath;
 use crate::flow::steps::Tolerance;
 use crate::hybrid::OrbitStep;
 use crate::law::Regime;
+use crate::model::WatchedGap;
 use crate::orbit::verdict::admissibility::{Admissibility, Breach, Rule, Touch};
 use crate::orbit::verdict::integrated::IntegratedJudge;
 use crate::root::golden_section;
@@ -55,6 +56,7 @@ impl IntegratedJudge<'_> {
             let path = self.path(regime, (t, step))?;
             let mut gap = BoundedGap {
                 contact: &self.maps.contacts[stop],
+                watched: WatchedGap::Gap,
                 curvature,
                 order: if i == 0 { first_order } else { 0 },
                 departed: 0.0,

@@ -1,6 +1,6 @@
 //! Laws of contact in Python.
 
-use crate::law::{ContactRelease, IntoLaw, Law, Newton, Spring};
+use crate::law::{ContactRelease, Hertz, IntoLaw, Law, Newton, Spring};
 use crate::python::answered::answered;
 use crate::python::argument;
 use crate::python::model::bad;
@@ -83,8 +83,7 @@ impl PyNewton {
 ///     without a place of its own. Required with damping: papers differ in it, and a free body is given back more of its speed by the
 ///     last two, by 9 % at a damping ratio of 0.2 and 83 % at 0.5. Without damping all are one.
 /// preload : float, default 0
-///     F0 [N], the force at which the stop begins to give way. Under less a body rests at its seat, p = 0 ("seated"). With exact flights of
-///     linear scenes alone.
+///     F0 [N], the force at which the stop begins to give way. Under less a body rests at its seat, p = 0 ("seated").
 ///
 /// Raises
 /// ------
@@ -120,6 +119,14 @@ fn release(name: Option<&str>) -> PyResult<Option<ContactRelease>> {
             "release is {name:?}, but it must be \"gap\", \"force\" or \"clipped\""
         ))
     })
+}
+
+/// The name of a release.
+fn name_of(release: Option<ContactRelease>) -> Option<&'static str> {
+    let known = ContactRelease::ALL
+        .iter()
+        .find(|own| Some(own.0) == release);
+    known.map(|own| own.1)
 }
 
 #[pymethods]
@@ -201,9 +208,7 @@ impl PySpring {
     /// Where a contact ends: "gap", "force", "clipped", or None where that was not said.
     #[getter]
     fn release(&self) -> Option<&'static str> {
-        let release = self.0.release()?;
-        let known = ContactRelease::ALL.iter().find(|own| own.0 == release);
-        known.map(|own| own.1)
+        name_of(self.0.release())
     }
 
     fn __repr__(&self) -> String {
@@ -231,6 +236,159 @@ impl PySpring {
     }
 }
 
+/// Law of elastic bodies that touch: a force k p^m pushes against the approach p = -gap while that is positive.
+///
+/// Parameters
+/// ----------
+/// stiffness : float
+///     k [N/m^m], greater than zero.
+/// exponent : float, default 1.5
+///     m [-], at least 1; 3/2 of spheres.
+/// damping : float, default 0
+///     Of Hunt and Crossley d [s/m], of Tsuji c [N s/m^((m+1)/2)].
+/// dissipation : {"hunt-crossley", "tsuji"}, optional
+///     What the damping is of: "hunt-crossley", the default: the force is ``max(0, k p^m (1 + d p'))``. "tsuji":
+///     ``k p^m + c p^((m-1)/2) p'``, by which a free body is given back the same part of any speed.
+/// release : {"gap", "clipped"}, optional
+///     Where a contact ends, by "tsuji", required there with damping: "gap": where the gap opens; the dashpot pulls before that.
+///     "clipped": the force is none where it would pull. By "hunt-crossley" it never pulls, but where the body is drawn away faster than 1/d.
+///
+/// Raises
+/// ------
+/// ValueError
+///     A stiffness that is not positive, an exponent below 1, a damping that is negative or not finite, an unknown dissipation, a release
+///     that it does not take, damping by "tsuji" without one.
+///
+/// Notes
+/// -----
+/// A contact has no closed form: linear scenes with such a stop take steps, with an event at each beginning and end of a contact; what needs
+/// exact flights says so.
+///
+/// References
+/// ----------
+/// .. [1] K. H. Hunt and F. R. E. Crossley, "Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 42 (1975) 440.
+/// .. [2] Y. Tsuji, T. Tanaka and T. Ishida, "Lagrangian numerical simulation of plug flow of cohesionless particles in a horizontal pipe",
+///    Powder Technol. 71 (1992) 239.
+///
+/// Examples
+/// --------
+/// >>> import vibroimpact as vi
+/// >>> law = vi.Hertz(50.0, damping=0.4)
+/// >>> law
+/// Hertz(stiffness=50, exponent=1.5, damping=0.4)
+/// >>> round(law.equivalent_restitution(2.0, speed=1.5), 3)
+/// 0.712
+#[pyclass(name = "Hertz", module = "vibroimpact", frozen, eq)]
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct PyHertz(Hertz);
+
+/// The names of dissipations.
+const HUNT_CROSSLEY: &str = "hunt-crossley";
+const TSUJI: &str = "tsuji";
+
+#[pymethods]
+impl PyHertz {
+    #[new]
+    #[pyo3(signature = (*arguments, **named), text_signature = "(stiffness, exponent=1.5, *, damping=0.0, dissipation=\"hunt-crossley\", release=None)")]
+    fn new(arguments: &Bound<'_, PyTuple>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        answered(arguments, named)
+    }
+
+    #[staticmethod]
+    #[pyo3(name = "_made", signature = (stiffness, exponent=1.5, *, damping=0.0, dissipation=HUNT_CROSSLEY, release=None))]
+    fn made(
+        #[pyo3(from_py_with = argument::stiffness)] stiffness: f64,
+        #[pyo3(from_py_with = argument::exponent)] exponent: f64,
+        #[pyo3(from_py_with = argument::damping)] damping: f64,
+        #[pyo3(from_py_with = argument::dissipation)] dissipation: &str,
+        #[pyo3(from_py_with = argument::release)] release: Option<&str>,
+    ) -> PyResult<Self> {
+        let elastic = Hertz::new(stiffness)?.with_exponent(exponent)?;
+        let release = self::release(release)?;
+        match (dissipation, release) {
+            (TSUJI, release) => Ok(Self(elastic.with_tsuji(damping, release)?)),
+            (HUNT_CROSSLEY, None) => Ok(Self(elastic.with_hunt_crossley(damping)?)),
+            (HUNT_CROSSLEY, Some(_)) => Err(bad(
+                "release is given, but by \"hunt-crossley\" a contact ends where the gap opens: the force does not pull".to_owned(),
+            )),
+            (given, _) => Err(bad(format!(
+                "dissipation is {given:?}, but it must be \"hunt-crossley\" or \"tsuji\""
+            ))),
+        }
+    }
+
+    /// The restitution [-] of a free body of some mass [kg] that meets the stop at some speed [m/s] with nothing else acting; by Hunt and
+    /// Crossley it depends on the speed.
+    #[pyo3(signature = (mass, speed=None))]
+    fn equivalent_restitution(
+        &self,
+        #[pyo3(from_py_with = argument::mass)] mass: f64,
+        #[pyo3(from_py_with = argument::speed)] speed: Option<f64>,
+    ) -> PyResult<f64> {
+        Ok(self.0.equivalent_restitution(mass, speed)?)
+    }
+
+    /// Stiffness k [N/m^m].
+    #[getter]
+    fn stiffness(&self) -> f64 {
+        self.0.stiffness()
+    }
+
+    /// Exponent m [-].
+    #[getter]
+    fn exponent(&self) -> f64 {
+        self.0.exponent()
+    }
+
+    /// Damping: of Hunt and Crossley d [s/m], of Tsuji c [N s/m^((m+1)/2)].
+    #[getter]
+    fn damping(&self) -> f64 {
+        self.0.damping()
+    }
+
+    /// What the damping is of: "hunt-crossley" or "tsuji".
+    #[getter]
+    fn dissipation(&self) -> &'static str {
+        if self.0.is_by_tsuji() {
+            TSUJI
+        } else {
+            HUNT_CROSSLEY
+        }
+    }
+
+    /// Where a contact ends: "gap", "clipped", or None where that was not said.
+    #[getter]
+    fn release(&self) -> Option<&'static str> {
+        name_of(self.0.release())
+    }
+
+    fn __repr__(&self) -> String {
+        let dissipation = match self.dissipation() {
+            HUNT_CROSSLEY => String::new(),
+            own => format!(", dissipation='{own}'"),
+        };
+        let release = self.release();
+        let release = release.map_or_else(String::new, |own| format!(", release='{own}'"));
+        format!(
+            "Hertz(stiffness={}, exponent={}, damping={}{dissipation}{release})",
+            self.stiffness(),
+            self.exponent(),
+            self.damping(),
+        )
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((f64, f64), Bound<'py, PyDict>)> {
+        let options = PyDict::new(py);
+        options.set_item("damping", self.damping())?;
+        options.set_item("dissipation", self.dissipation())?;
+        options.set_item("release", self.release())?;
+        Ok(((self.stiffness(), self.exponent()), options))
+    }
+}
+
 /// The law of a stop that is given a restitution or a law.
 pub(super) fn law(restitution: Option<f64>, contact: Option<&Bound<'_, PyAny>>) -> PyResult<Law> {
     let contact = contact.filter(|own| !own.is_none());
@@ -252,8 +410,11 @@ pub(super) fn law(restitution: Option<f64>, contact: Option<&Bound<'_, PyAny>>) 
     if let Ok(own) = contact.cast::<PySpring>() {
         return Ok(own.get().0.into_law()?);
     }
+    if let Ok(own) = contact.cast::<PyHertz>() {
+        return Ok(own.get().0.into_law()?);
+    }
     Err(PyTypeError::new_err(format!(
-        "contact is {}, but a law of contact is needed: Newton or Spring",
+        "contact is {}, but a law of contact is needed: Newton, Spring or Hertz",
         contact.get_type().name()?
     )))
 }
@@ -263,6 +424,7 @@ pub(super) fn out_law(py: Python<'_>, law: &Law) -> PyResult<Py<PyAny>> {
     Ok(match law {
         Law::Newton(own) => Py::new(py, PyNewton(*own))?.into_any(),
         Law::Spring(own) => Py::new(py, PySpring(*own))?.into_any(),
+        Law::Hertz(own) => Py::new(py, PyHertz(*own))?.into_any(),
         #[cfg(test)]
         Law::OfTest(_) => py.None(),
     })

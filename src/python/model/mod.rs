@@ -21,7 +21,7 @@ mod stop_motion;
 pub(crate) use base_motion::PyBaseMotion;
 pub(crate) use forcing::PyHarmonic;
 pub(crate) use fourier::PyFourier;
-pub(crate) use law::{PyNewton, PySpring};
+pub(crate) use law::{PyHertz, PyNewton, PySpring};
 pub(crate) use linear::{_rayleigh_coefficients, PyLinearSystem};
 pub(crate) use load::{PyBaseAcceleration, PyLoad};
 pub(crate) use nonlinear::PyNonlinearSystem;

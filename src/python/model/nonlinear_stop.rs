@@ -52,7 +52,7 @@ impl GapFunction for PyGap {
 ///     ``f(q)``: its gradient, shape (n,).
 /// restitution : float, optional
 ///     Restitution coefficient [-], in [0, 1], of a rigid stop.
-/// contact : Newton or Spring, optional
+/// contact : Newton, Spring or Hertz, optional
 ///     The law of contact, as in ``Stop``; one of ``restitution`` and ``contact`` is needed.
 /// curvature : float, optional
 ///     Bound >= 0 on the spectral norm of the gap's second derivative, over all positions met and a little inside the stop: makes the

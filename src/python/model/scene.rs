@@ -119,7 +119,7 @@ impl PyScene {
             _ => match name.parse().map_err(|_| {
                     bad(format!(
                         "{name} is not something a scene has{}; it must be one of system, forcing, stops, frequency, phase, \
-                         amplitude, clearance, restitution, contact_stiffness, contact_damping, preload, forcing_scale, damping_scale",
+                         amplitude, clearance, restitution, contact_stiffness, contact_damping, preload, contact_exponent, forcing_scale, damping_scale",
                         called_here(name)
                     ))
                 })? {
@@ -258,7 +258,7 @@ impl PyScene {
     /// **changes
     ///     Any of ``system``, ``forcing``, ``stops``; ``frequency``, ``phase``, ``amplitude`` of the forcing (of several, ``frequency``
     ///     scales all of them, ``phase`` is that of the first, and all are shifted by the same time); ``clearance``,
-    ///     ``restitution``, ``contact_stiffness``, ``contact_damping``, ``preload`` (a number for every stop that has it, or one each;
+    ///     ``restitution``, ``contact_stiffness``, ``contact_damping``, ``preload``, ``contact_exponent`` (a number for every stop that has it, or one each;
     ///     of stop i ``{"preload[i]": ...}``); ``forcing_scale``, ``damping_scale`` (factors on what is there).
     ///
     /// Returns

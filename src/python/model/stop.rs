@@ -36,7 +36,7 @@ fn side(value: &str) -> PyResult<Side> {
 ///     Gap at q = 0; negative: preloaded.
 /// restitution : float, optional
 ///     Minus the ratio of the normal velocity after an impact to the one before [-], in [0, 1]: of a rigid stop.
-/// contact : Newton or Spring, optional
+/// contact : Newton, Spring or Hertz, optional
 ///     The law of contact: what happens where the gap closes. One of ``restitution`` and ``contact`` is needed.
 /// side : {"upper", "lower"}, default "upper"
 ///     On which side of the motion the stop stands.
@@ -182,7 +182,7 @@ impl PyStop {
 ///     Horizontal position of the wall (in units of ``l1`` for ``DoublePendulum``).
 /// restitution : float, optional
 ///     Restitution coefficient [-], in [0, 1], of a rigid wall.
-/// contact : Newton or Spring, optional
+/// contact : Newton, Spring or Hertz, optional
 ///     The law of contact, as in ``Stop``; one of ``restitution`` and ``contact`` is needed.
 /// side : {"right", "left"}, default "right"
 ///     On which side of the bob the wall stands.
