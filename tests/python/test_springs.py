@@ -347,3 +347,36 @@ class TestRamps:
         for name in ("contact_stiffness", "contact_damping[0]", "preload"):
             with pytest.raises(ValueError, match=r"contact_|preload.*levels="):
                 vi.simulate(between("gap"), 0.0, 0.3, (0, 10), ramp=vi.Ramp(name, 1.0, over=5.0))
+
+
+class TestStopsOfAnyGap:
+    """The gap of one that is pressed is searched from inside, by its curvature and by places of a step."""
+
+    FORCED = vi.Harmonic([0.15, -0.15j], 1.0)
+    SHAFT = vi.LinearSystem(np.ones(2), 0.1 * np.ones(2), np.ones(2))
+
+    @pytest.mark.parametrize("curvature", [None, 0.0])
+    @pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
+    def test_a_plane_by_its_gap_is_that_stop(self, method, curvature):
+        law = vi.Spring(2.0, 0.1, release="gap")
+        given = vi.NonlinearStop(lambda q: 1.0 - q[0], lambda q: np.array([-1.0, 0.0]), contact=law, curvature=curvature)
+        options = {"method": method, "rtol": 1e-10, "atol": 1e-12}
+        one, other = (
+            vi.simulate(vi.Scene(self.SHAFT, self.FORCED, stop), [0.0, 0.0], [0.0, 0.0], (0, 60), **options)
+            for stop in (vi.Stop(0, 1.0, contact=law), given)
+        )
+        assert other.status == "finished"
+        assert one.stats.n_contacts == other.stats.n_contacts > 3
+        assert other.contacts["start"] == pytest.approx(one.contacts["start"], abs=1e-7)
+        assert other.contacts["end"] == pytest.approx(one.contacts["end"], abs=1e-7)
+
+    @pytest.mark.parametrize("curvature", [None, 1.0])
+    def test_a_point_in_an_elastic_circle_keeps_its_energy_and_its_turning(self, curvature):
+        circle = vi.NonlinearStop(lambda q: 0.5 * (1 - q @ q), lambda q: -q, contact=vi.Spring(2.0), curvature=curvature)
+        point = vi.LinearSystem(np.ones(2), np.zeros(2), np.ones(2))
+        run = vi.simulate(vi.Scene(point, None, circle), [0.0, 0.5], [2.0, 0.2], (0, 20), rtol=1e-10, atol=1e-12)
+        assert run.status == "finished"
+        assert run.stats.n_contacts > 4
+        assert abs(run.energy.balance).max() < 1e-8
+        q, v = run.final
+        assert q[0] * v[1] - q[1] * v[0] == pytest.approx(-1.0, abs=1e-8)

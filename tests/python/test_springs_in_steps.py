@@ -92,6 +92,20 @@ def test_random_scenes_in_steps_move_as_the_twin_says(preloaded):
 
 
 @pytest.mark.parametrize("method", STEPS)
+def test_a_place_comes_back_to_a_body_that_is_held(method):
+    """A stop that relaxes meets a body that another one holds inside it."""
+    soft = vi.Stop(0, 0.0, contact=vi.Spring(10.0, 2.0, release="force"))
+    hard = vi.Stop(0, -0.05, 0.0, side="lower")
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0, load=[-20.0]), None, [soft, hard])
+    exact = vi.simulate(scene, 0.4, 0.0, (0, 3))
+    run = vi.simulate(scene, 0.4, 0.0, (0, 3), method=method, rtol=1e-10, atol=1e-12)
+    assert list(exact.regimes["state"][-1]) == ["pressed", "held"]
+    assert np.array_equal(run.regimes["state"], exact.regimes["state"])
+    assert run.regimes["start"] == pytest.approx(exact.regimes["start"], abs=1e-9)
+    assert run.contact_force(1, 2.0) == pytest.approx(exact.contact_force(1, 2.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", STEPS)
 @pytest.mark.parametrize("release", RELEASES)
 @pytest.mark.parametrize("moves", [False, True])
 def test_any_surface_gives_way_alike(method, release, moves):
@@ -102,12 +116,12 @@ def test_any_surface_gives_way_alike(method, release, moves):
     masses = vi.LinearSystem([[1, 0.2], [0.2, 0.7]], [[0.1, -0.03], [-0.03, 0.08]], [[3, -1], [-1, 2]])
     force = vi.Harmonic([1.0, 2.0], 0.8)
     exact = vi.simulate(
-        vi.Scene(masses, force, [vi.Stop([0.6, -0.8], 0.1, contact=law, motion=motion), rigid]), [0, 0], [0.3, 0.2], (0, 15)
+        vi.Scene(masses, force, [vi.Stop([0.6, -0.8], 0.1, contact=law, motion=motion), rigid]), [0, 0], [0.3, 0.2], (0, 7)
     )
     scene = vi.Scene(masses, force, [plane(0.1, [0.6, -0.8], law, motion), rigid])
-    run = vi.simulate(scene, [0, 0], [0.3, 0.2], (0, 15), method=method, rtol=1e-11, atol=1e-13)
+    run = vi.simulate(scene, [0, 0], [0.3, 0.2], (0, 7), method=method, rtol=1e-11, atol=1e-13)
     own, known = (each.contacts[each.contacts["stop"] == 0] for each in (run, exact))
-    assert len(own) == len(known) >= 3
+    assert len(own) == len(known) >= 2
     for name in ("start", "end", "impulse", "peak_force"):
         assert own[name] == pytest.approx(known[name], abs=1e-7, nan_ok=True)
     assert run.final[0] == pytest.approx(exact.final[0], abs=1e-8)

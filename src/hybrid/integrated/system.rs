@@ -264,7 +264,10 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Holding for Integrated<'_, S, D, P> {
             });
             self.is_bound = is_bound.collect::<Result<_>>()?;
             let is_unwatched = self.is_bound.iter().enumerate();
-            let is_unwatched = is_unwatched.map(|(own, bound)| *bound || !self.watches_gap(own));
+            // A place goes back to a body that cannot move, too.
+            let relaxes = |own: usize| self.places_back.of(own).is_some();
+            let is_unwatched =
+                is_unwatched.map(|(own, bound)| *bound && !relaxes(own) || !self.watches_gap(own));
             self.is_unwatched = is_unwatched.collect();
         }
         self.evaluate_gaps()
