@@ -3,11 +3,11 @@
 //! scene, phases are in \[rad\].
 
 use crate::attractor::record::Attractor;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::model::{PhysicalState, Scene};
 use crate::orbit::PeriodicOrbit;
 use crate::section::{farthest_from, wait};
-use crate::simulate::{ImpactSide, Keep, SimulateOptions, simulate};
+use crate::simulate::{ImpactSide, Keep, Motion, SimulateOptions, Status, Trajectory, simulate};
 use nalgebra::DMatrix;
 
 /// The phase farthest from the impacts of all orbits \[rad\]; `usual` where there are none.
@@ -62,14 +62,58 @@ pub(crate) fn points_at(
         keep: Keep::Final,
         ..options.clone()
     };
+    let row = |k: usize| {
+        let part = |first: usize| one.points.row(k).columns(first, n).transpose();
+        (part(0), part(n))
+    };
+    if scene.periods_to_forget() > 0 && span.1 > span.0 {
+        // Where its stops were at each point is not known: the points of a motion over the same set, or over the same cycle.
+        let found = strobed(scene, &row(0), (span.0, span.1, one.points.nrows()), &keep)?;
+        return found.ok_or_else(|| {
+            let rule =
+                "a motion from its first point must go on for as many periods as it has points";
+            Error::bad_value("attractor", "one whose motion ends", rule)
+        });
+    }
     let state = |k: usize| -> Result<PhysicalState> {
-        let row = one.points.row(k);
-        let part = |first: usize| row.columns(first, n).transpose();
-        let run = simulate(scene, &part(0), &part(n), span, &keep)?;
+        let (q, v) = row(k);
+        let run = simulate(scene, &q, &v, span, &keep)?;
         Ok((run.last().0.clone(), run.last().1.clone()))
     };
     let states = (0..one.points.nrows()).map(state);
     Ok(rows(&states.collect::<Result<Vec<_>>>()?))
+}
+
+/// So many states, one in each period of the forcing, of a motion that begins in a state at a time: from another time on, and later where it has to
+/// forget where stops were. None where it ends before.
+pub(super) fn strobed(
+    scene: &Scene,
+    (q, v): &PhysicalState,
+    (start, first, count): (f64, f64, usize),
+    options: &SimulateOptions,
+) -> Result<Option<DMatrix<f64>>> {
+    let period = scene.period().unwrap_or_default();
+    let lost = scene.periods_to_forget();
+    let times = (lost..lost + count).map(|k| first + period * k as f64);
+    let sampled = SimulateOptions {
+        t_eval: Some(times.collect()),
+        ..options.clone()
+    };
+    let span = (start, first + period * (lost + count - 1) as f64);
+    let run = simulate(scene, q, v, span, &sampled)?;
+    if run.status() != Status::Finished {
+        return Ok(None);
+    }
+    sampled_states(&run).map(Some)
+}
+
+/// The states of a run at the times that were asked for, as rows.
+pub(super) fn sampled_states(run: &Trajectory) -> Result<DMatrix<f64>> {
+    let (_, q, v) = run.samples()?;
+    let n = q.ncols();
+    Ok(DMatrix::from_fn(q.nrows(), 2 * n, |k, j| {
+        if j < n { q[(k, j)] } else { v[(k, j - n)] }
+    }))
 }
 
 /// States as rows.

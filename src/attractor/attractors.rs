@@ -74,7 +74,6 @@ fn search<'s>(
     options: &'s AttractorOptions,
 ) -> Result<AttractorSearch<'s>> {
     scene.check_springs_are_linear("find_attractors")?;
-    scene.check_stops_forget("find_attractors")?;
     let Some(period) = scene.period() else {
         let rule = "attractors are looked at once in each period of the forcing: it must have one";
         return Err(Error::bad_value("scene", "without a forcing period", rule));

@@ -15,9 +15,9 @@ use crate::orbit::{OrderMultipliers, Pattern, PeriodicOrbit, find_orbit};
 use crate::path::{ImpactSide, KeptMotion};
 use crate::recurrence::{Measure, least_period};
 use crate::section::{Section, Settled, points_of, settled};
-use crate::simulate::{Keep, Status, Trajectory, simulate};
+use crate::simulate::{Keep, RunEnd, Status, Trajectory, simulate_after};
 use crate::tolerance::{FIRST_SOUGHT_PERIODS, LEFT_BOX, NEUTRAL_MULTIPLIER, SAME_STATE};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Why a motion in which an angle goes round has no orbit.
@@ -73,7 +73,11 @@ impl AttractorSearch<'_> {
     /// What the motion from a state settles on.
     pub fn settle(&self, state: &PhysicalState) -> Result<SeedOutcome> {
         let periods = self.options.transient;
-        let run = self.run(state, 0, periods, Keep::Final);
+        let begun = RunEnd {
+            state: state.clone(),
+            ..RunEnd::default()
+        };
+        let run = self.run(&begun, 0, periods, Keep::Final);
         let mut run = match run {
             Err(error) if error.is_about("q0") => return Ok(SeedOutcome::Inside),
             run => run?,
@@ -103,7 +107,7 @@ impl AttractorSearch<'_> {
             }
             // A window holds three of the longest period that is sought, as far as the limit allows.
             let window = (3 * looked_for + 4).min((limit - done).max(least));
-            run = self.run(&owned(&run), done, window, Keep::Motion)?;
+            run = self.run(&run.run_end(), done, window, Keep::Motion)?;
             done += window;
             if run.status() != Status::Finished {
                 continue;
@@ -151,7 +155,7 @@ impl AttractorSearch<'_> {
     /// The outcome of a motion far from the box: it drifts if it repeats itself but for an advance.
     fn far_away(&self, run: &Trajectory, done: usize) -> Result<SeedOutcome> {
         let window = 3 * self.options.longest_period.min(FIRST_SOUGHT_PERIODS) + 4;
-        let run = match self.run(&owned(run), done, window, Keep::Motion) {
+        let run = match self.run(&run.run_end(), done, window, Keep::Motion) {
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             // It overflows.
             Err(_) => return Ok(SeedOutcome::Lost),
@@ -166,10 +170,10 @@ impl AttractorSearch<'_> {
         })
     }
 
-    /// A run of some periods from a state that the motion has `first` periods after the start.
+    /// A run of some periods from where the motion is `first` periods after the start.
     pub(super) fn run(
         &self,
-        (q, v): &PhysicalState,
+        from: &RunEnd,
         first: usize,
         periods: usize,
         keep: Keep,
@@ -177,7 +181,7 @@ impl AttractorSearch<'_> {
         let options = self.options.run(keep);
         let time = |periods: usize| self.start + self.period * periods as f64;
         let span = (time(first), time(first + periods));
-        simulate(self.scene, q, v, span, &options)
+        simulate_after(self.scene, from, span, &options)
     }
 
     /// Whether a motion has left the surroundings of the box.
@@ -343,10 +347,4 @@ fn of_one_round(seen: &Settled, round: usize) -> Result<Pattern> {
 
 pub(super) fn attractor(found: Attractor) -> SeedOutcome {
     SeedOutcome::Attractor(Box::new(found))
-}
-
-/// The last state of a run.
-pub(super) fn owned(run: &Trajectory) -> (DVector<f64>, DVector<f64>) {
-    let (q, v) = run.last();
-    (q.clone(), v.clone())
 }

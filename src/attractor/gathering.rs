@@ -3,6 +3,7 @@
 //!
 //! States are rows (q, v) in units of the scene. Source: docs/theory.md, sections 15 and 17.
 
+use crate::attractor::at_phase::strobed;
 use crate::attractor::finding::{AttractorSearch, SeedOutcome};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::list::Attractors;
@@ -11,7 +12,7 @@ use crate::attractor::same_attractor::are_one;
 use crate::error::Result;
 use crate::model::PhysicalState;
 use crate::recurrence::{Sets, comes_back, compared, repeats_after};
-use crate::simulate::{Keep, Motion, SimulateOptions, Status, simulate};
+use crate::simulate::Keep;
 use crate::tolerance::{MOST_SET_DOUBLINGS, ORBIT_CHECK_STATES, SET_DOUBLINGS_APART, SET_STATES};
 use nalgebra::DMatrix;
 
@@ -185,21 +186,13 @@ fn carry_on(search: &AttractorSearch<'_>, states: &mut DMatrix<f64>, count: usiz
     }
     let time = |periods: usize| search.start + search.period * periods as f64;
     let more = count - had;
-    let sampled = SimulateOptions {
-        t_eval: Some((1..=more).map(time).collect()),
-        ..search.options.run(Keep::Final)
-    };
-    let (q, v) = last_of(states);
-    let span = (time(0), time(more));
-    let run = simulate(search.scene, &q, &v, span, &sampled)?;
-    if run.status() != Status::Finished {
+    let options = search.options.run(Keep::Final);
+    let times = (time(0), time(1), more);
+    let Some(found) = strobed(search.scene, &last_of(states), times, &options)? else {
         return Ok(false);
-    }
-    let (_, q, v) = run.samples()?;
-    let n = q.ncols();
+    };
     let mut longer = std::mem::replace(states, DMatrix::zeros(0, 0)).resize_vertically(count, 0.0);
-    longer.view_mut((had, 0), (more, n)).copy_from(&q);
-    longer.view_mut((had, n), (more, n)).copy_from(&v);
+    longer.rows_mut(had, more).copy_from(&found);
     *states = search.around.within_turns(longer);
     let end = states
         .rows_range(count.saturating_sub(ORBIT_CHECK_STATES)..)

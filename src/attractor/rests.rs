@@ -5,11 +5,10 @@
 //! States are (q, v) in units of the scene, phases are those of the forcing \[rad\], periods count those of the forcing. Source:
 //! docs/theory.md, section 17.
 
-use crate::attractor::finding::{AttractorSearch, owned};
+use crate::attractor::finding::AttractorSearch;
 use crate::error::Result;
-use crate::model::PhysicalState;
 use crate::path::{ImpactSide, KeptMotion, Motion};
-use crate::simulate::{Keep, Status, Trajectory};
+use crate::simulate::{Keep, RunEnd, Status, Trajectory};
 use crate::tolerance::SAME_STATE;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -26,17 +25,17 @@ struct StickEnd {
 }
 
 impl AttractorSearch<'_> {
-    /// Periods of the forcing between the last two releases that are alike, of a motion that is in a state `done` periods after its start;
+    /// Periods of the forcing between the last two releases that are alike, of a motion that is there `done` periods after its start;
     /// none where no two are alike in [`MOST_REST_SPANS`] times `periods`.
     pub(super) fn between_rests(
         &self,
-        state: &PhysicalState,
+        from: &RunEnd,
         (done, periods): (usize, usize),
     ) -> Result<Option<usize>> {
         let mut releases: Vec<StickEnd> = Vec::new();
-        let mut state = state.clone();
+        let mut from = from.clone();
         for k in 0..MOST_REST_SPANS {
-            let run = self.run(&state, done + k * periods, periods, Keep::Motion)?;
+            let run = self.run(&from, done + k * periods, periods, Keep::Motion)?;
             if run.status() != Status::Finished {
                 return Ok(None);
             }
@@ -44,7 +43,7 @@ impl AttractorSearch<'_> {
             if let Some(found) = self.between(&releases) {
                 return Ok(Some(found));
             }
-            state = owned(&run);
+            from = run.run_end();
         }
         Ok(None)
     }

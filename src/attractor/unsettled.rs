@@ -3,15 +3,15 @@
 //! Exponents are per unit of time \[1/s\]; states are rows (q, v) in units of the scene, one in each period of the forcing, and periods
 //! count those. Source: docs/theory.md, sections 16 and 17.
 
-use crate::attractor::finding::{AttractorSearch, SeedOutcome, attractor, owned};
+use crate::attractor::at_phase::sampled_states;
+use crate::attractor::finding::{AttractorSearch, SeedOutcome, attractor};
 use crate::attractor::kind::AttractorKind;
 use crate::attractor::record::Attractor;
 use crate::error::{Error, Result};
 use crate::exponents::{Attraction, LyapunovOptions, lyapunov_exponents};
-use crate::model::PhysicalState;
 use crate::orbit::Pattern;
 use crate::recurrence::{comes_back, repeats_after};
-use crate::simulate::{Keep, Motion, SimulateOptions, Status, Trajectory, simulate};
+use crate::simulate::{Keep, RunEnd, SimulateOptions, Status, Trajectory, simulate_after};
 use crate::tolerance::SET_STATES;
 use nalgebra::DMatrix;
 
@@ -53,8 +53,7 @@ impl AttractorSearch<'_> {
         // After a chaotic transient, or with a long period, it may repeat itself by now.
         let long = repeats_after(&points, &self.measure(), SET_STATES / 2);
         if long > 0 {
-            let state = (q.clone(), v.clone());
-            return self.long_round((done, periods, long), &state);
+            return self.long_round((done, periods, long), &run.run_end());
         }
         let set = |kind: AttractorKind, points: DMatrix<f64>, n_periods: usize, reason: String| {
             attractor(Attractor {
@@ -86,7 +85,7 @@ impl AttractorSearch<'_> {
                     let longer = if is_near { longer as usize } else { 0 };
                     return Ok((SeedOutcome::Unclear(points), longer));
                 }
-                let rests = self.between_rests(&(q.clone(), v.clone()), (done, periods))?;
+                let rests = self.between_rests(&run.run_end(), (done, periods))?;
                 Ok(match rests {
                     None => (SeedOutcome::Unclear(points), 0),
                     Some(n_periods) => {
@@ -120,18 +119,12 @@ impl AttractorSearch<'_> {
             t_eval: Some((periods - SET_STATES..periods).map(time).collect()),
             ..self.options.run(Keep::Final)
         };
-        let (q, v) = run.last();
         let span = (time(0), time(periods));
-        let kept = simulate(self.scene, q, v, span, &sampled)?;
+        let kept = simulate_after(self.scene, &run.run_end(), span, &sampled)?;
         if kept.status() != Status::Finished {
             return Ok(None);
         }
-        let (_, q, v) = kept.samples()?;
-        let n = q.ncols();
-        let states = DMatrix::from_fn(q.nrows(), 2 * n, |k, j| {
-            if j < n { q[(k, j)] } else { v[(k, j - n)] }
-        });
-        Ok(Some(self.around.within_turns(states)))
+        Ok(Some(self.around.within_turns(sampled_states(&kept)?)))
     }
 
     /// The outcome of a motion that repeats itself after `long` periods, or after fewer; where no orbit is near enough yet, for how many
@@ -139,11 +132,11 @@ impl AttractorSearch<'_> {
     fn long_round(
         &self,
         (done, periods, long): (usize, usize, usize),
-        state: &PhysicalState,
+        from: &RunEnd,
     ) -> Result<(SeedOutcome, usize)> {
-        let there = self.run(state, done, periods, Keep::Final)?;
+        let there = self.run(from, done, periods, Keep::Final)?;
         let window = 3 * long + 4;
-        let run = self.run(&owned(&there), done + periods, window, Keep::Motion)?;
+        let run = self.run(&there.run_end(), done + periods, window, Keep::Motion)?;
         let now = self.settled(&run, long)?;
         if now.n_periods == 0 {
             return Ok((SeedOutcome::Undecided, periods));

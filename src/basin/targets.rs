@@ -71,7 +71,6 @@ impl Targets {
         options: &SimulateOptions,
     ) -> Result<Self> {
         scene.check_springs_are_linear("basins")?;
-        scene.check_stops_forget("basins")?;
         let quiet = quiet_phase(attractors, phase);
         let scaled = |points: &DMatrix<f64>, k: usize| -> Vec<f64> {
             let mut place = Vec::new();

@@ -1,7 +1,7 @@
 //! A scene: a system, its forcing and its stops, checked against each other once.
 
 use crate::error::{Error, Result};
-use crate::law::Newton;
+use crate::law::{ElementState, Newton};
 use crate::model::constraint::Constraint;
 use crate::model::derived::Derived;
 use crate::model::excitation::Excitation;
@@ -15,6 +15,7 @@ use crate::model::stop::Stop;
 use crate::model::stop_motion::StopMotion;
 use crate::model::system::System;
 use crate::model::turns::nearest_turn;
+use crate::tolerance::PLACE_FORGOTTEN;
 use nalgebra::DVector;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -342,17 +343,16 @@ impl Scene {
         self.check_stops_are_rigid(&format!("{purpose} of a scene that is not linear"))
     }
 
-    /// Refuses stops whose state says more than positions and velocities do; `purpose` is what goes on from these alone.
-    ///
-    /// # Errors
-    /// A stop that relaxes.
-    pub(crate) fn check_stops_forget(&self, purpose: &str) -> Result<()> {
-        let rule = || {
-            format!(
-                "{purpose} goes on from positions and velocities alone, and a stop that relaxes (release=\"force\") has a place of its own besides"
-            )
-        };
-        self.refuse_springs(|stop| stop.contact().relaxes(), rule)
+    /// Periods of the forcing after which nothing is left of where the stops that relax were, the last digit included; none without such.
+    pub(crate) fn periods_to_forget(&self) -> usize {
+        let laws = self.stops.iter().map(Constraint::contact);
+        let relaxing = laws.filter(|law| law.relaxes());
+        let rates = relaxing.filter_map(|law| law.by_state().relaxation(ElementState::Relaxing));
+        let longest = rates
+            .map(|own| PLACE_FORGOTTEN / own.rate)
+            .fold(0.0, f64::max);
+        self.period()
+            .map_or(0, |period| (longest / period).ceil() as usize)
     }
 
     /// Refuses a scene with a stop of some kind that gives way.

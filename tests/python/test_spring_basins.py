@@ -59,8 +59,11 @@ def test_attractors_are_orbits_that_find_orbit_closes(found):
         scene(vi.Spring(29.0, 0.4, release="clipped", preload=0.2)),
         scene(vi.Spring(29.0, 0.1, release="clipped"), vi.Stop(0, 1.4, 0.8, side="lower")),
         scene(vi.Spring(29.0, release="force")),
+        scene(vi.Spring(29.0, 0.4, release="force")),
+        # Its place comes back in some periods alone.
+        scene(vi.Spring(4.0, 6.0, release="force")),
     ],
-    ids=["elastic", "gap", "clipped", "rigid beside", "force without a dashpot"],
+    ids=["elastic", "gap", "clipped", "rigid beside", "force without a dashpot", "relaxing", "slowly relaxing"],
 )
 def test_each_cell_is_where_its_motion_ends(own):
     """A long simulation from the cell comes to the attractor that its label names; inside is inside of rigid stops alone."""
@@ -102,13 +105,19 @@ def test_chaos_of_a_soft_stop_is_one_attractor():
         assert one.orbit is not None
 
 
-def test_stops_that_relax_are_refused(found):
-    """A state has no place of such a stop, other than of one without a dashpot."""
-    relaxing = scene(vi.Spring(29.0, 0.4, release="force"))
-    with pytest.raises(ValueError, match="find_attractors goes on from positions and velocities alone"):
-        vi.find_attractors(relaxing, BOX, seeds=2)
-    with pytest.raises(ValueError, match="basins goes on from positions and velocities alone"):
-        vi.basins(relaxing, q=(-3, 3, 2), v=(-3, 3, 2), attractors=[], box=BOX)
+def test_an_attractor_of_stops_that_relax_is_one_from_every_seed():
+    """Where a place is not back within a period a state says not all: the motion that goes on has it."""
+    slow = scene(vi.Spring(4.0, 6.0, release="force"))
+    for one in vi.find_attractors(slow, BOX, seeds=20):
+        assert one.kind == "periodic"
+        assert one.orbit.is_stable
+        # From a state at which nothing is known of the place it comes back to itself, once that is forgotten.
+        run = vi.simulate(slow, one.points[0, :1], one.points[0, 1:], (0, 400 * one.n_periods * PERIOD), keep="final")
+        assert np.concatenate(run.final) == pytest.approx(one.points[0], abs=1e-6)
+
+
+def test_equations_of_ones_own_are_refused():
+    """What is not linear is not taken yet."""
     system = vi.NonlinearSystem(1, lambda t, q, v: -q, mass=[[1.0]])
     nonlinear = vi.Scene(system, FORCE, vi.Stop(0, 1.26, contact=vi.Spring(29.0)))
     with pytest.raises(ValueError, match="find_attractors of a scene that is not linear does not take stops that give way"):

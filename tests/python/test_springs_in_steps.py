@@ -92,6 +92,21 @@ def test_random_scenes_in_steps_move_as_the_twin_says(preloaded):
 
 
 @pytest.mark.parametrize("method", STEPS)
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_stop_moves_against_a_body_that_is_held(method, release):
+    """The force of a stop that moves begins and ends though the body does not move: it is that of the held motion."""
+    soft = vi.Stop(0, 0.0, contact=vi.Spring(10.0, 2.0, release=release), motion=vi.Harmonic([0.1], 2.0))
+    hard = vi.Stop(0, -0.05, 0.0, side="lower")
+    scene = vi.Scene(vi.LinearSystem(1.0, 0.0, 0.0, load=[-20.0]), None, [soft, hard])
+    exact = vi.simulate(scene, 0.4, 0.0, (0, 12))
+    run = vi.simulate(scene, 0.4, 0.0, (0, 12), method=method, rtol=1e-10, atol=1e-12)
+    assert run.status == "finished"
+    assert len(run.contacts) == len(exact.contacts) >= 4
+    assert np.array_equal(run.regimes["state"], exact.regimes["state"])
+    assert run.regimes["start"] == pytest.approx(exact.regimes["start"], abs=1e-8)
+
+
+@pytest.mark.parametrize("method", STEPS)
 def test_a_place_comes_back_to_a_body_that_is_held(method):
     """A stop that relaxes meets a body that another one holds inside it."""
     soft = vi.Stop(0, 0.0, contact=vi.Spring(10.0, 2.0, release="force"))

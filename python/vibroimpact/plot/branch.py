@@ -20,8 +20,8 @@ MARKS = {
     "torus": ("P", "torus"),
     "pitchfork": ("p", "pitchfork"),
     "branch_point": ("*", "branch point"),
-    "touch": (">", "touch"),
-    "border_collision": ("<", "border collision"),
+    "touch": ("2", "touch"),
+    "border_collision": ("1", "border collision"),
     "graze": ("^", "graze"),
     "lost_impact": ("v", "lost impact"),
     "corner": ("D", "corner"),
@@ -45,9 +45,10 @@ def branch(
     ax : matplotlib.axes.Axes, optional
         Where to draw; default: a new figure.
     y : str or callable, optional
-        What is drawn of each orbit: "speeds_before[k]", the speed of impact k, "phases[k]", the name of a monitor, or a function
-        ``f(orbit) -> float``. Default the speed of the first impact; of orbits that hit nothing the largest position at the
-        beginning of a period; of a tree the speed of the fastest impact, zero where nothing is hit.
+        What is drawn of each orbit: "speeds_before[k]", the speed of impact k, "phases[k]", "durations[k]" of contact k, the name
+        of a monitor, or a function ``f(orbit) -> float``. Default the speed of the first impact; of orbits without one that come
+        into contact the largest displacement, and of those that hit nothing the largest position at the beginning of a period;
+        of a tree the speed of the fastest impact or contact, zero where nothing is hit.
     **line
         Options of the lines (`matplotlib.lines.Line2D`), such as ``color`` or ``linewidth``; the branches of a tree have a
         colour each.
@@ -84,8 +85,11 @@ def branch(
 
 
 def _fastest(orbit: Any) -> float:
-    """Return the speed of the fastest impact of an orbit."""
-    return float(orbit.impacts["speed_before"].max(initial=0.0))
+    """Return the speed of the fastest impact of an orbit, or with which a contact begins."""
+    impacts = orbit.impacts["speed_before"].max(initial=0.0)
+    if all(stop.restitution is not None for stop in orbit.scene.stops):
+        return float(impacts)
+    return float(np.fmax(impacts, orbit.contacts["speed_before"].max(initial=0.0)))
 
 
 def _draw(ax: Axes, branch: Branch, y: str | Callable[[Any], float] | None, colour: str, line: dict[str, Any]) -> None:
@@ -136,10 +140,15 @@ def _drawn(branch: Branch, y: str | Callable[[Any], float] | None) -> tuple[Floa
         named = "speed of the fastest impact" if y is _fastest else getattr(y, "__name__", "value")
         return np.array([float(y(orbit)) for orbit in branch]), named
     if y is None and branch.speeds_before.shape[1] == 0:
+        if branch.durations.shape[1]:
+            return np.array([float(np.max(orbit.max_displacement)) for orbit in branch]), "largest displacement"
         return np.array([float(np.abs(orbit.position(0.0)).max()) for orbit in branch]), "position at t = 0"
     name = "speeds_before[0]" if y is None else y
     columns = {"speeds_before": "speed before impact", "phases": "phase of impact"}
     found = {f"{own}[{k}]": (getattr(branch, own)[:, k], f"{text} {k}") for own, text in columns.items() for k in _places(branch)}
+    if name.startswith("durations["):
+        own = branch.durations
+        found |= {f"durations[{k}]": (own[:, k], f"duration of contact {k}") for k in range(own.shape[1])}
     found |= {own: (values, own) for own, values in branch.monitor.items()}
     if not found and name.startswith("speeds_before["):
         # A branch of a tree whose orbits hit nothing.

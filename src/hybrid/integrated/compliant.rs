@@ -82,10 +82,25 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         }
     }
 
+    /// What is watched of the gap of an element in the present regime, and its acceleration: gaps are taken in the motion without what is held,
+    /// beside which they bend otherwise.
+    fn watched_beside(&self, element: usize) -> Result<(GapValue, f64)> {
+        let mut value = self.gaps[element];
+        if self.regime.constrained().is_empty() {
+            return Ok((value, self.gap(element).acceleration));
+        }
+        let watched = self.watched_now(element);
+        let [bend, _] = self.drawn(element, &self.regime)?;
+        watched.turn_back(&mut value);
+        value.acceleration = bend;
+        watched.turn(&mut value, 0.0);
+        Ok((value, bend))
+    }
+
     /// A guard of the present regime; `None` of one that cannot change, or is not looked at here.
     pub(super) fn present_guard(&self, guard: Guard) -> Result<Option<GuardDerivatives>> {
         let element = guard.element;
-        let value = self.gaps[element];
+        let (value, acceleration) = self.watched_beside(element)?;
         let gap = TERM_ROUNDINGS * value.size;
         let bend = GAP_ROUNDING * self.acceleration_sizes(&[element])?[0];
         let speed = GAP_ROUNDING * self.speed_size(element);
@@ -107,7 +122,7 @@ impl<S: State, D: Dynamics, P: Stepper<S>> Integrated<'_, S, D, P> {
         let now = self.gap(element);
         let law = self.contacts[element].law.by_state();
         let grip = law.grip(-now.gap, -now.speed);
-        let rate = -grip.by_approach * now.speed - grip.by_rate * now.acceleration;
+        let rate = -grip.by_approach * now.speed - grip.by_rate * acceleration;
         Ok(Some([
             [sign * grip.value, grip.change_at(gap, speed)],
             [sign * rate, grip.change_at(speed, bend)],
