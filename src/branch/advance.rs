@@ -11,7 +11,6 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::test_functions::TestFunctionValues;
 use crate::branch::zero_problem::CorrectedPoint;
 use crate::continuation::{
     BranchEnd, EndReason, ScaledDirection, StepFailure, StepOutcome, attempted, step_factor,
@@ -226,23 +225,9 @@ fn accepted(
     (settled, orbit): (CorrectedPoint, PeriodicOrbit),
     length: f64,
 ) -> Result<AcceptedPoint> {
-    let CorrectedPoint {
-        iterate: place,
-        equations,
-        tangent,
-        ..
-    } = settled;
     // The tangent at a given value has the sign of the parameter, not that of the branch.
-    let side = tangent.dot(&from.tangent).signum();
-    let tangent = tangent.scaled(side);
-    Ok(AcceptedPoint {
-        test_values: TestFunctionValues::at(problem, (&place, &equations, &tangent), &orbit)?,
-        place,
-        equations,
-        tangent,
-        orbit,
-        arclength: from.arclength + length,
-    })
+    let side = settled.tangent.dot(&from.tangent);
+    AcceptedPoint::settled(problem, (settled, orbit), (side, from.arclength + length))
 }
 
 /// The factor on the next step, or why a point is not trusted.

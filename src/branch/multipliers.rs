@@ -37,7 +37,12 @@ pub(super) fn n_outside(orbit: &PeriodicOrbit, keeps_energy: bool) -> Result<Opt
         own.iter_mut().for_each(without_one);
     }
     let margin = if keeps_energy { MEETING } else { MARGINAL };
-    Ok(own.map(|own| own.iter().filter(|mu| mu.norm() > 1.0 + margin).count()))
+    Ok(own.map(|own| n_beyond_circle(&own, margin)))
+}
+
+/// How many of some multipliers lie outside the unit circle by more than a margin.
+pub(super) fn n_beyond_circle(all: &[Complex<f64>], margin: f64) -> usize {
+    all.iter().filter(|mu| mu.norm() > 1.0 + margin).count()
 }
 
 /// How far the conjugate pair nearest to the unit circle is from it, one where there is none; and how many multipliers lie outside, without

@@ -5,7 +5,8 @@ use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::problem::BranchProblem;
 use crate::branch::test_functions::TestFunctionValues;
 use crate::branch::zero_problem::CorrectedPoint;
-use crate::continuation::{Attempt, stepped, stepped_to};
+use crate::continuation::{Attempt, ScaledDirection, stepped, stepped_to};
+use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 
 /// A point of a branch that was accepted, with its orbit and its test functions.
@@ -30,6 +31,29 @@ pub(super) enum StepTarget {
 }
 
 impl AcceptedPoint {
+    /// A corrected point at an arclength, its tangent ahead by the sign of a number.
+    pub fn settled(
+        problem: &BranchProblem<'_>,
+        (settled, orbit): (CorrectedPoint, PeriodicOrbit),
+        (ahead, arclength): (f64, f64),
+    ) -> Result<Self> {
+        let CorrectedPoint {
+            iterate: place,
+            equations,
+            tangent,
+            ..
+        } = settled;
+        let tangent = tangent.scaled(ahead.signum());
+        Ok(Self {
+            test_values: TestFunctionValues::at(problem, (&place, &equations, &tangent), &orbit)?,
+            place,
+            equations,
+            tangent,
+            orbit,
+            arclength,
+        })
+    }
+
     /// The point as the base of a step.
     pub fn base(&self) -> BasePoint<'_> {
         (&self.place, &self.equations, &self.tangent)

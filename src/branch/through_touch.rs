@@ -4,12 +4,12 @@
 
 use crate::branch::boundary::is_broken;
 use crate::branch::contact_nodes::{BriefContact, LoopWithout};
+use crate::branch::multipliers::n_beyond_circle;
 use crate::branch::parametric_loop::{BranchDirection, ParametricLoop};
 use crate::branch::predictor::{AcceptedPoint, StepTarget, step_to};
 use crate::branch::problem::BranchProblem;
 use crate::branch::special::{Special, SpecialKind};
-use crate::branch::test_functions::TestFunctionValues;
-use crate::branch::touch_multipliers::{at_touches, outside, touches_with};
+use crate::branch::touch_multipliers::{at_touches, touches_with};
 use crate::branch::touch_outcome::TouchMultipliers;
 use crate::branch::zero_problem::CorrectedPoint;
 use crate::continuation::{ScaledDirection, attempted, corrected};
@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::orbit::PeriodicOrbit;
 use crate::root::Secant;
 use crate::tolerance::{
-    BRIEF_CONTACT, LEAST_BRIEF_CONTACT, TOUCH_BESIDE, TOUCH_LEFT, TOUCH_SECANT_STEP,
+    BRIEF_CONTACT, LEAST_BRIEF_CONTACT, MARGINAL, TOUCH_BESIDE, TOUCH_LEFT, TOUCH_SECANT_STEP,
     UNDIVIDED_STEP_LENGTH, ZERO_PARAMETER_CHANGE,
 };
 
@@ -68,7 +68,9 @@ pub(super) fn onto_contact<'a>(
         }
         None => (whole, place, touch),
     };
-    let met = sides.as_ref().map(|[_, met]| outside(met));
+    let met = sides
+        .as_ref()
+        .map(|[_, met]| n_beyond_circle(met, MARGINAL));
     let found = with_brief_contact(&apart, (&place, touch), met)?;
     let found = found.filter(|own| !is_broken(&own.point.orbit));
     special.touch = sides.map(|[before, after]| TouchMultipliers { before, after });
@@ -130,7 +132,7 @@ fn lasting<'a>(
     // Its beginning and its end go half of the way each.
     let length = 0.5 * duration / at.clock * longer.length();
     let ahead = longer.dot(&settled.tangent);
-    let point = problem.first_beyond(settled, orbit, (ahead, length))?;
+    let point = AcceptedPoint::settled(&problem, (settled, orbit), (ahead, length))?;
     Ok(Some(PassedTouch { problem, point }))
 }
 
@@ -179,13 +181,15 @@ pub(super) fn off_contact<'a>(
         SpecialKind::LostImpact => None,
         _ => at_touches(&whole, (&place, &orbit), &touches)?,
     };
-    let met = sides.as_ref().map(|[_, met]| outside(met));
+    let met = sides
+        .as_ref()
+        .map(|[_, met]| n_beyond_circle(met, MARGINAL));
     let is_near = met.is_none() || from.test_values.outside == met;
     if !is_near && left > UNDIVIDED_STEP_LENGTH {
         return Ok(None);
     }
     let arclength = from.arclength + left;
-    let mut point = rest.first_beyond(settled, orbit, (ahead, arclength))?;
+    let mut point = AcceptedPoint::settled(&rest, (settled, orbit), (ahead, arclength))?;
     let special = Special {
         stop: Some(contact.stop),
         time: Some(time),
@@ -197,7 +201,7 @@ pub(super) fn off_contact<'a>(
     };
     if let Some((settled, orbit)) = rest.beside_touch(&point)? {
         let arclength = arclength + TOUCH_LEFT;
-        point = rest.first_beyond(settled, orbit, (1.0, arclength))?;
+        point = AcceptedPoint::settled(&rest, (settled, orbit), (1.0, arclength))?;
     }
     point.arclength = point.arclength.max(arclength.next_up());
     Ok(Some((
@@ -310,29 +314,5 @@ impl BranchProblem<'_> {
         let orbit = attempted(self.closed_orbit(&there.iterate), value)?.ok();
         let orbit = orbit.filter(|orbit| (low..=high).contains(&value) && !is_broken(orbit));
         Ok(orbit.map(|orbit| (there, orbit)))
-    }
-
-    /// A corrected point as the first behind a touch, its tangent ahead, by the sign that tells whether it is, and the arclength from the touch.
-    fn first_beyond(
-        &self,
-        settled: CorrectedPoint,
-        orbit: PeriodicOrbit,
-        (ahead, arclength): (f64, f64),
-    ) -> Result<AcceptedPoint> {
-        let CorrectedPoint {
-            iterate: place,
-            equations,
-            tangent,
-            ..
-        } = settled;
-        let tangent = tangent.scaled(if ahead < 0.0 { -1.0 } else { 1.0 });
-        Ok(AcceptedPoint {
-            test_values: TestFunctionValues::at(self, (&place, &equations, &tangent), &orbit)?,
-            place,
-            equations,
-            tangent,
-            orbit,
-            arclength,
-        })
     }
 }

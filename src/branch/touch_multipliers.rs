@@ -10,7 +10,6 @@ use crate::itinerary::{MotionArc, closing, monodromy};
 use crate::law::{ElementState, Stage};
 use crate::linalg::eigen;
 use crate::orbit::PeriodicOrbit;
-use crate::tolerance::MARGINAL;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// The multipliers of a touching loop of a whole period, without contact and as those of contacts of no duration; `touches` are stops that give way and
@@ -132,9 +131,4 @@ pub(super) fn touches_with(orbit: &PeriodicOrbit, known: (usize, f64)) -> Vec<(u
         all.push(known);
     }
     all
-}
-
-/// How many multipliers lie outside the unit circle by more than rounding.
-pub(super) fn outside(all: &[Complex<f64>]) -> usize {
-    all.iter().filter(|mu| mu.norm() > 1.0 + MARGINAL).count()
 }
